@@ -110,18 +110,18 @@ def sine_cosine(x: float) -> tuple[float, float]:
 @kernel
 def arctangent(y: float, x: float) -> float:
     """Angle of the point (x, y) in radians, from -pi to pi; 0 for the origin, NaN for none."""
-    along = abs(x)
-    across = abs(y)
-    least = min(along, across)
-    most = max(along, across)
-    if most == 0.0:
+    width = abs(x)
+    height = abs(y)
+    smaller = min(width, height)
+    larger = max(width, height)
+    if larger == 0.0:
         return 0.0
-    ratio = least / most
-    if not (ratio <= 1.0 and along + across >= 0.0):
+    ratio = smaller / larger
+    if not (ratio <= 1.0 and width + height >= 0.0):
         return math.nan
     nearest = int(4.0 * ratio + 0.5)
-    c = 0.25 * nearest
-    t = (least - c * most) / (most + c * least)
+    center = 0.25 * nearest
+    t = (smaller - center * larger) / (larger + center * smaller)
     q = t * t
     angle = _ARCTANGENTS[nearest] + (
         t
@@ -146,7 +146,7 @@ def arctangent(y: float, x: float) -> float:
             )
         )
     )
-    if across > along:
+    if height > width:
         angle = 0.5 * math.pi - angle
     if x < 0.0:
         angle = math.pi - angle
@@ -234,9 +234,9 @@ def rough_root(x: float, order: int) -> float:
     m, n = split_binary(x)
     s = (m - 1.0) / (m + 1.0)
     q = s * s
-    wanted = (2.0 * (s + s * (q * (1 / 3 + q * (1 / 5)))) + n * _LN2) / order
-    k = math.floor(wanted * (1.0 / _LN2) + 0.5)
-    r = wanted - k * _LN2
+    logarithm = (2.0 * (s + s * (q * (1 / 3 + q * (1 / 5)))) + n * _LN2) / order
+    k = math.floor(logarithm * (1.0 / _LN2) + 0.5)
+    r = logarithm - k * _LN2
     series = 1.0 + r * (1.0 + r * (1 / 2 + r * (1 / 6 + r * (1 / 24 + r * (1 / 120)))))
     return series * power_of_two(int(k))
 

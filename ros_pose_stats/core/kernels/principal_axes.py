@@ -24,12 +24,12 @@ _PAIRS = ((0, 1, 2), (0, 2, 1), (1, 2, 0))
 @entry_kernel
 def is_kept(tensor: Fixed2, rotation: Fixed2, tolerance: float) -> bool:
     """Whether a rotation carries a symmetric tensor into itself, within a share of its trace."""
-    most = tolerance * (tensor[0, 0] + tensor[1, 1] + tensor[2, 2])
+    largest_difference = tolerance * (tensor[0, 0] + tensor[1, 1] + tensor[2, 2])
     for i in range(3):
         row = point_at(rotation, i)
         for j in range(3):
-            there = transform(tensor, point_at(rotation, j))
-            if abs(dot(row, there) - tensor[i, j]) > most:
+            image = transform(tensor, point_at(rotation, j))
+            if abs(dot(row, image) - tensor[i, j]) > largest_difference:
                 return False
     return True
 
@@ -46,15 +46,15 @@ def principal_axes(tensor: Fixed2) -> tuple[Array, Array]:
     for _ in range(_SWEEPS):
         if a[0, 1] == 0.0 and a[0, 2] == 0.0 and a[1, 2] == 0.0:
             break
-        for p, q, other in _PAIRS:
-            _annihilate(a, axes, p, q, other)
+        for p, q, third in _PAIRS:
+            _annihilate(a, axes, p, q, third)
     moment = np.array([a[0, 0], a[1, 1], a[2, 2]])
     _order_axes(moment, axes)
     return moment, axes
 
 
 @kernel
-def _annihilate(a: Array, axes: Array, p: int, q: int, other: int) -> None:
+def _annihilate(a: Array, axes: Array, p: int, q: int, third: int) -> None:
     """Turn the axes p < q so that the entry (p, q) vanishes."""
     entry = a[p, q]
     a[p, q] = 0.0
@@ -67,10 +67,10 @@ def _annihilate(a: Array, axes: Array, p: int, q: int, other: int) -> None:
     s = t * c
     a[p, p] -= t * entry
     a[q, q] += t * entry
-    i = min(p, other)
-    j = max(p, other)
-    k = min(q, other)
-    m = max(q, other)
+    i = min(p, third)
+    j = max(p, third)
+    k = min(q, third)
+    m = max(q, third)
     a[i, j], a[k, m] = c * a[i, j] - s * a[k, m], s * a[i, j] + c * a[k, m]
     for r in range(3):
         axes[r, p], axes[r, q] = (

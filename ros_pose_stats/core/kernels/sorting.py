@@ -19,32 +19,32 @@ def rising_order(keys: Index) -> Index:
     """Order (N,) that sorts keys (N,), which are 0 or more; equal ones stay as they were."""
     count = keys.shape[0]
     order = np.arange(count)
-    other = np.empty(count, np.int64)
+    order_buffer = np.empty(count, np.int64)
     sorted_keys = keys.copy()
-    other_keys = np.empty(count, np.int64)
+    keys_buffer = np.empty(count, np.int64)
     largest = 0
     for i in range(count):
         largest = max(largest, keys[i])
     bits = SHORT_DIGIT if count < 1 << DIGIT else DIGIT
     mask = (1 << bits) - 1
-    place = np.empty(mask + 1, np.int64)
+    position = np.empty(mask + 1, np.int64)
     shift = 0
     while shift < 63 and (largest >> shift) > 0:
-        place[:] = 0
+        position[:] = 0
         for i in range(count):
-            place[(sorted_keys[i] >> shift) & mask] += 1
+            position[(sorted_keys[i] >> shift) & mask] += 1
         total = 0
         for digit in range(mask + 1):
-            here = place[digit]
-            place[digit] = total
-            total += here
+            size = position[digit]
+            position[digit] = total
+            total += size
         for i in range(count):
             digit = (sorted_keys[i] >> shift) & mask
-            other[place[digit]] = order[i]
-            other_keys[place[digit]] = sorted_keys[i]
-            place[digit] += 1
-        order, other = other, order
-        sorted_keys, other_keys = other_keys, sorted_keys
+            order_buffer[position[digit]] = order[i]
+            keys_buffer[position[digit]] = sorted_keys[i]
+            position[digit] += 1
+        order, order_buffer = order_buffer, order
+        sorted_keys, keys_buffer = keys_buffer, sorted_keys
         shift += bits
     return order
 
@@ -65,7 +65,7 @@ def stable_order(values: Array) -> Index:
     """Order (N,) that sorts values (N,) without NaN; equal ones stay as they were."""
     count = values.shape[0]
     order = np.arange(count)
-    other = np.empty(count, np.int64)
+    buffer = np.empty(count, np.int64)
     for begin in range(0, count, RUN):
         for i in range(begin + 1, min(begin + RUN, count)):
             k = order[i]
@@ -78,18 +78,18 @@ def stable_order(values: Array) -> Index:
         for begin in range(0, count, 2 * width):
             middle = min(begin + width, count)
             end = min(begin + 2 * width, count)
-            left = begin
-            right = middle
+            low = begin
+            high = middle
             for k in range(begin, end):
-                if right == end or (
-                    left < middle and values[order[left]] <= values[order[right]]
+                if high == end or (
+                    low < middle and values[order[low]] <= values[order[high]]
                 ):
-                    other[k] = order[left]
-                    left += 1
+                    buffer[k] = order[low]
+                    low += 1
                 else:
-                    other[k] = order[right]
-                    right += 1
-        order, other = other, order
+                    buffer[k] = order[high]
+                    high += 1
+        order, buffer = buffer, order
         width *= 2
     return order
 
@@ -104,15 +104,15 @@ def number_ties(
     """
     numbers = np.empty(values.shape[0], np.int64)
     number = -1
-    opened = 0
+    tie_begin = 0
     for i in range(order.shape[0]):
-        here = order[i]
+        index = order[i]
         if (
             i == 0
-            or group[here] > group[opened]
-            or values[here] - values[opened] > tolerance
+            or group[index] > group[tie_begin]
+            or values[index] - values[tie_begin] > tolerance
         ):
             number += 1
-            opened = here
-        numbers[here] = number
+            tie_begin = index
+        numbers[index] = number
     return numbers, number + 1

@@ -139,13 +139,13 @@ def transform(matrix: Array, a: Vec3) -> Vec3:
 def inverse_of(matrix: Array) -> Array:
     """Inverse (3, 3) of a regular matrix (3, 3), by cofactors."""
     cofactors = np.empty((3, 3))
-    for i in range(3):
-        j = (i + 1) % 3
-        k = (i + 2) % 3
-        for c in range(3):
-            d = (c + 1) % 3
-            e = (c + 2) % 3
-            cofactors[c, i] = matrix[j, d] * matrix[k, e] - matrix[j, e] * matrix[k, d]
+    for row in range(3):
+        next_row = (row + 1) % 3
+        last_row = (row + 2) % 3
+        for column in range(3):
+            next_column = (column + 1) % 3
+            last_column = (column + 2) % 3
+            cofactors[column, row] = matrix[next_row, next_column] * matrix[last_row, last_column] - matrix[next_row, last_column] * matrix[last_row, next_column]
     determinant = (
         matrix[0, 0] * cofactors[0, 0]
         + matrix[0, 1] * cofactors[1, 0]
@@ -171,5 +171,5 @@ def solid_angle(p: Vec3, q: Vec3, r: Vec3) -> float:
     lp = length(p)
     lq = length(q)
     lr = length(r)
-    below = lp * lq * lr + dot(p, q) * lr + dot(p, r) * lq + dot(q, r) * lp
-    return 2.0 * math.atan2(dot(p, cross(q, r)), below)
+    denominator = lp * lq * lr + dot(p, q) * lr + dot(p, r) * lq + dot(q, r) * lp
+    return 2.0 * math.atan2(dot(p, cross(q, r)), denominator)

@@ -75,8 +75,8 @@ def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -
     for k in range(count):
         f = body.face[k]
         t = body.twin[k]
-        g = body.face[t]
-        arcs.begin[k] = max(0.0, -math.atan2(body.inset[t], body.distance[g]))
+        neighbour = body.face[t]
+        arcs.begin[k] = max(0.0, -math.atan2(body.inset[t], body.distance[neighbour]))
         arcs.end[k] = max(0.0, math.atan2(body.inset[k], body.distance[f]))
         if arcs.end[k] <= arcs.begin[k]:
             continue
@@ -84,16 +84,16 @@ def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -
         arcs.top[k] = body.reach[k] * math.cos(arcs.begin[k]) * TOP_SHARE
         v = point_at(points, body.corner[k])
         w = point_at(points, body.corner[t])
-        part = body.start[k] / (body.start[k] + body.stop[k])
-        foot = divide(add(v, scale(subtract(w, v), part)), body.reach[k])
+        share = body.start[k] / (body.start[k] + body.stop[k])
+        foot = divide(add(v, scale(subtract(w, v), share)), body.reach[k])
         normal = point_at(body.normal, f)
-        along = subtract(normal, scale(foot, dot(normal, foot)))
-        square = dot(along, along)
-        if square < SHORTEST_ARC:
+        tangent = subtract(normal, scale(foot, dot(normal, foot)))
+        tangent_square = dot(tangent, tangent)
+        if tangent_square < SHORTEST_ARC:
             arcs.end[k] = arcs.begin[k]
             continue
         write_row(arcs.foot, k, 0, foot)
-        write_row(arcs.tangent, k, 0, divide(along, math.sqrt(square)))
+        write_row(arcs.tangent, k, 0, divide(tangent, math.sqrt(tangent_square)))
         add_arc(arcs.sums[k], k, arcs.begin[k], points, body, arcs, inertia, inverse)
     return arcs
 
@@ -102,43 +102,43 @@ def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -
 def add_arc(
     sums: Array,
     k: int,
-    near: float,
+    begin: float,
     points: Array,
     body: BodyArrays,
     arcs: Arcs,
     inertia: Array,
     inverse: Array,
 ) -> None:
-    """Add what a half arc has from x = `near` on to sums (SUMS,)."""
+    """Add what a half arc has from x = `begin` on to sums (SUMS,)."""
     v = point_at(points, body.corner[k])
     w = point_at(points, body.corner[body.twin[k]])
     foot = point_at(arcs.foot, k)
-    along = point_at(arcs.tangent, k)
-    middle = 0.5 * (arcs.end[k] + near)
-    half = 0.5 * (arcs.end[k] - near)
-    swept = rolled = 0.0
+    tangent = point_at(arcs.tangent, k)
+    center = 0.5 * (arcs.end[k] + begin)
+    half = 0.5 * (arcs.end[k] - begin)
+    angle = path_length = 0.0
     for i in range(4):
-        x = middle + half * _POINTS[i]
+        x = center + half * _POINTS[i]
         cosine = math.cos(x)
         sine = math.sin(x)
-        down = add(scale(foot, cosine), scale(along, sine))
-        turn = subtract(scale(along, cosine), scale(foot, sine))
+        down = add(scale(foot, cosine), scale(tangent, sine))
+        turn = subtract(scale(tangent, cosine), scale(foot, sine))
         speed = math.sqrt(
             (body.reach[k] * sine) ** 2 + _rotational_energy(down, turn, inertia)
         )
-        part = half * _WEIGHTS[i] * _impulse_angle(down, v, w, inverse)
-        swept += part
-        rolled += part * speed
-    sums[OVER_ANGLE] += swept
-    sums[OVER_LENGTH] += rolled
+        turn_share = half * _WEIGHTS[i] * _impulse_angle(down, v, w, inverse)
+        angle += turn_share
+        path_length += turn_share * speed
+    sums[OVER_ANGLE] += angle
+    sums[OVER_LENGTH] += path_length
 
 
 @inlined
 def _rotational_energy(down: Vec3, turn: Vec3, inertia: Array) -> float:
     """Twice the rotational energy, over the mass, of moving `down` at a velocity; p I w = 0."""
     spin = cross(down, turn)
-    about = dot(down, transform(inertia, spin))
-    return dot(spin, transform(inertia, spin)) - about * about / dot(
+    momentum = dot(down, transform(inertia, spin))
+    return dot(spin, transform(inertia, spin)) - momentum * momentum / dot(
         down, transform(inertia, down)
     )
 
@@ -148,7 +148,7 @@ def _impulse_angle(down: Vec3, v: Vec3, w: Vec3, inverse: Array) -> float:
     """Angle between the impulses at both corners, in the metric of the inertia."""
     a = cross(v, down)
     b = cross(w, down)
-    first = 1.0 + dot(a, transform(inverse, a))
-    second = 1.0 + dot(b, transform(inverse, b))
-    both = 1.0 + dot(a, transform(inverse, b))
-    return math.atan2(math.sqrt(max(0.0, first * second - both * both)), both)
+    response_v = 1.0 + dot(a, transform(inverse, a))
+    response_w = 1.0 + dot(b, transform(inverse, b))
+    response_vw = 1.0 + dot(a, transform(inverse, b))
+    return math.atan2(math.sqrt(max(0.0, response_v * response_w - response_vw * response_vw)), response_vw)

@@ -47,31 +47,31 @@ def circle_of(points: Array, corner: Index, i: int, j: int) -> Circle:
     b = point_at(points, corner[j])
     chord = subtract(b, a)
     size = length(chord)
-    far = (i + j) // 2
+    farthest = (i + j) // 2
     height = -1.0
     for k in range(i + 1, j):
-        away = subtract(point_at(points, corner[k]), a)
+        offset = subtract(point_at(points, corner[k]), a)
         if size > 0.0:
-            away = subtract(away, scale(chord, dot(away, chord) / (size * size)))
-        if length(away) > height:
-            far = k
-            height = length(away)
-    c = point_at(points, corner[far])
+            offset = subtract(offset, scale(chord, dot(offset, chord) / (size * size)))
+        if length(offset) > height:
+            farthest = k
+            height = length(offset)
+    c = point_at(points, corner[farthest])
     if 2.0 * size < height:  # nearly or fully once around
         a = point_at(points, corner[i + (j - i) // 3])
         b = point_at(points, corner[i + 2 * (j - i) // 3])
         c = point_at(points, corner[i])
     u = subtract(b, a)
     v = subtract(c, a)
-    across = cross(u, v)
-    below = dot(across, across)
-    if below == 0.0:
+    normal = cross(u, v)
+    normal_square = dot(normal, normal)
+    if normal_square == 0.0:
         return Circle(a, Vec3(0.0, 0.0, 0.0), 0.0, 0.0)
-    toward = cross(subtract(scale(v, dot(u, u)), scale(u, dot(v, v))), across)
-    toward = scale(toward, 0.5 / below)
-    radius = length(toward)
+    to_center = cross(subtract(scale(v, dot(u, u)), scale(u, dot(v, v))), normal)
+    to_center = scale(to_center, 0.5 / normal_square)
+    radius = length(to_center)
     return Circle(
-        add(a, toward), divide(across, math.sqrt(below)), radius, min(height, radius)
+        add(a, to_center), divide(normal, math.sqrt(normal_square)), radius, min(height, radius)
     )
 
 
@@ -84,10 +84,10 @@ def circle_tolerance(circle: Circle, rounding: float) -> float:
 @inlined
 def circle_distance(circle: Circle, point: Vec3) -> float:
     """Distance of a point from a circle."""
-    away = subtract(point, circle.center)
-    above = dot(away, circle.axis)
-    beyond = length(subtract(away, scale(circle.axis, above))) - circle.radius
-    return math.sqrt(above * above + beyond * beyond)
+    offset = subtract(point, circle.center)
+    height = dot(offset, circle.axis)
+    radial = length(subtract(offset, scale(circle.axis, height))) - circle.radius
+    return math.sqrt(height * height + radial * radial)
 
 
 @kernel
@@ -97,27 +97,27 @@ def fit_circle(points: Array, corner: Index, i: int, j: int, rough: Circle) -> C
     The axis is turned so that the run goes round it counter-clockwise.
     """
     last = j if corner[i] != corner[j] else j - 1
-    number = float(last - i + 1)
-    middle = Vec3(0.0, 0.0, 0.0)
+    count = float(last - i + 1)
+    center = Vec3(0.0, 0.0, 0.0)
     for k in range(i, last + 1):
-        middle = add(middle, subtract(point_at(points, corner[k]), rough.center))
-    middle = add(rough.center, divide(middle, number))
+        center = add(center, subtract(point_at(points, corner[k]), rough.center))
+    center = add(rough.center, divide(center, count))
     area = Vec3(0.0, 0.0, 0.0)
-    before = subtract(point_at(points, corner[last]), middle)
+    previous = subtract(point_at(points, corner[last]), center)
     for k in range(i, last + 1):
-        here = subtract(point_at(points, corner[k]), middle)
-        area = add(area, cross(before, here))
-        before = here
+        offset = subtract(point_at(points, corner[k]), center)
+        area = add(area, cross(previous, offset))
+        previous = offset
     axis = divide(area, length(area))
-    x_axis = subtract(point_at(points, corner[i]), middle)
+    x_axis = subtract(point_at(points, corner[i]), center)
     x_axis = subtract(x_axis, scale(axis, dot(x_axis, axis)))
     x_axis = divide(x_axis, length(x_axis))
     y_axis = cross(axis, x_axis)
     xx = xy = yy = xr = yr = rr = 0.0
     for k in range(i, last + 1):
-        here = subtract(point_at(points, corner[k]), middle)
-        x = dot(here, x_axis)
-        y = dot(here, y_axis)
+        offset = subtract(point_at(points, corner[k]), center)
+        x = dot(offset, x_axis)
+        y = dot(offset, y_axis)
         square = x * x + y * y
         xx = xx + x * x
         xy = xy + x * y
@@ -125,14 +125,14 @@ def fit_circle(points: Array, corner: Index, i: int, j: int, rough: Circle) -> C
         xr = xr + x * square
         yr = yr + y * square
         rr = rr + square
-    below = 2.0 * (xx * yy - xy * xy)
-    if below <= 0.0:
+    determinant = 2.0 * (xx * yy - xy * xy)
+    if determinant <= 0.0:
         return Circle(rough.center, axis, rough.radius, rough.height)
-    x = (xr * yy - yr * xy) / below
-    y = (yr * xx - xr * xy) / below
-    radius = math.sqrt(x * x + y * y + rr / number)
+    x = (xr * yy - yr * xy) / determinant
+    y = (yr * xx - xr * xy) / determinant
+    radius = math.sqrt(x * x + y * y + rr / count)
     return Circle(
-        add(middle, add(scale(x_axis, x), scale(y_axis, y))),
+        add(center, add(scale(x_axis, x), scale(y_axis, y))),
         axis,
         radius,
         rough.height,
@@ -145,10 +145,10 @@ def angles_about(
 ) -> Array:
     """Angles (n,) of points (n, 3) about an axis through `center`, from -pi to pi."""
     angles = np.empty(points.shape[0])
-    middle = read_vector(center, 0)
+    origin = read_vector(center, 0)
     x = read_vector(x_axis, 0)
     y = read_vector(y_axis, 0)
     for i in range(points.shape[0]):
-        away = subtract(point_at(points, i), middle)
-        angles[i] = arctangent(dot(away, y), dot(away, x))
+        offset = subtract(point_at(points, i), origin)
+        angles[i] = arctangent(dot(offset, y), dot(offset, x))
     return angles

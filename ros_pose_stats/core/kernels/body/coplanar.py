@@ -53,36 +53,36 @@ def orient_triangles(points: Array, triangles: Index, neighbors: Index) -> None:
     over shared edges, so that slivers whose own orientation is rounding noise agree.
     """
     count = triangles.shape[0]
-    best = -1.0
+    largest_volume = -1.0
     start = 0
     for t in range(count):
         a, b, c = triangle_at(points, triangles, t)
         volume = dot(area_vector(a, b, c), a)
-        if abs(volume) > best:
-            best = abs(volume)
+        if abs(volume) > largest_volume:
+            largest_volume = abs(volume)
             start = t
         if volume < 0.0:
             _flip_triangle(triangles, neighbors, t)
-    seen = np.zeros(count, np.bool_)
+    is_oriented = np.zeros(count, np.bool_)
     stack = np.empty(count, np.int64)
     stack[0] = start
     size = 1
-    seen[start] = True
+    is_oriented[start] = True
     while size > 0:
         size -= 1
         t = stack[size]
         for i in range(3):
-            n = neighbors[t, i]
-            if n < 0 or seen[n]:
+            neighbour = neighbors[t, i]
+            if neighbour < 0 or is_oriented[neighbour]:
                 continue
             v = triangles[t, (i + 1) % 3]
             w = triangles[t, (i + 2) % 3]
             for j in range(3):
-                if triangles[n, j] == v and triangles[n, (j + 1) % 3] == w:
-                    _flip_triangle(triangles, neighbors, n)
+                if triangles[neighbour, j] == v and triangles[neighbour, (j + 1) % 3] == w:
+                    _flip_triangle(triangles, neighbors, neighbour)
                     break
-            seen[n] = True
-            stack[size] = n
+            is_oriented[neighbour] = True
+            stack[size] = neighbour
             size += 1
 
 
@@ -98,12 +98,12 @@ def opposite_half_edges(triangles: Index, neighbors: Index) -> Index:
     opposite = np.full(3 * triangles.shape[0], -1, np.int64)
     for t in range(triangles.shape[0]):
         for i in range(3):
-            n = neighbors[t, i]
+            neighbour = neighbors[t, i]
             a = triangles[t, (i + 1) % 3]
             b = triangles[t, (i + 2) % 3]
             for j in range(3):
-                if triangles[n, (j + 1) % 3] == b and triangles[n, (j + 2) % 3] == a:
-                    opposite[3 * t + i] = 3 * n + j
+                if triangles[neighbour, (j + 1) % 3] == b and triangles[neighbour, (j + 2) % 3] == a:
+                    opposite[3 * t + i] = 3 * neighbour + j
     return opposite
 
 
@@ -117,7 +117,7 @@ def planar_regions(
         return np.arange(count)
     vectors, areas = area_vectors(points, triangles)
     surface = Surface(points, triangles, neighbors, vectors, areas)
-    alone = _isolated_triangles(surface, tolerance)
+    is_isolated = _isolated_triangles(surface, tolerance)
     region = np.full(count, -1, np.int64)
     queue = np.empty(count, np.int64)
     plane = np.empty(PLANE)
@@ -125,19 +125,19 @@ def planar_regions(
     for seed in falling_order(areas):
         if region[seed] >= 0:
             continue
-        if alone[seed]:
+        if is_isolated[seed]:
             region[seed] = number
             number += 1
             continue
         if areas[seed] == 0.0:
             # A triangle without area has no plane of its own; its largest neighbour takes it.
-            best = seed
+            largest = seed
             for i in range(3):
-                n = neighbors[seed, i]
-                if n >= 0 and areas[n] > areas[best]:
-                    best = n
-            if region[best] >= 0:
-                region[seed] = region[best]
+                neighbour = neighbors[seed, i]
+                if neighbour >= 0 and areas[neighbour] > areas[largest]:
+                    largest = neighbour
+            if region[largest] >= 0:
+                region[seed] = region[largest]
                 continue
         _grow_region(surface, region, queue, plane, seed, number, tolerance)
         number += 1
@@ -152,19 +152,19 @@ def _isolated_triangles(surface: Surface, tolerance: float) -> Flags:
     """
     neighbors = surface.neighbors
     areas = surface.areas
-    alone = np.zeros(areas.shape[0], np.bool_)
+    is_isolated = np.zeros(areas.shape[0], np.bool_)
     plane = np.empty(PLANE)
     for t in range(areas.shape[0]):
         if areas[t] == 0.0:
             continue
         plane[:] = 0.0
         _add_to_plane(surface, plane, t)
-        found = False
+        has_neighbour = False
         for i in range(3):
-            n = neighbors[t, i]
-            found = found or (n >= 0 and _is_near_plane(surface, plane, n, tolerance))
-        alone[t] = not found
-    return alone
+            neighbour = neighbors[t, i]
+            has_neighbour = has_neighbour or (neighbour >= 0 and _is_near_plane(surface, plane, neighbour, tolerance))
+        is_isolated[t] = not has_neighbour
+    return is_isolated
 
 
 @inlined
@@ -183,25 +183,25 @@ def _grow_region(
     region[seed] = number
     queue[0] = seed
     size = 1
-    grown = True
+    has_grown = True
     # A triangle turned away while the plane was still rough gets a second look at the end.
-    while grown:
-        grown = False
+    while has_grown:
+        has_grown = False
         k = 0
         while k < size:
             t = queue[k]
             k += 1
             for i in range(3):
-                n = surface.neighbors[t, i]
-                if n < 0 or region[n] >= 0:
+                neighbour = surface.neighbors[t, i]
+                if neighbour < 0 or region[neighbour] >= 0:
                     continue
-                if not _is_near_plane(surface, plane, n, tolerance):
+                if not _is_near_plane(surface, plane, neighbour, tolerance):
                     continue
-                _add_to_plane(surface, plane, n)
-                region[n] = number
-                queue[size] = n
+                _add_to_plane(surface, plane, neighbour)
+                region[neighbour] = number
+                queue[size] = neighbour
                 size += 1
-                grown = True
+                has_grown = True
 
 
 @inlined
@@ -229,9 +229,9 @@ def _is_near_plane(surface: Surface, plane: Array, t: int, tolerance: float) -> 
     size = length(normal)
     if size == 0.0 or total == 0.0:
         return False
-    middle = divide(read_vector(plane, CENTROID), total)
+    centroid = divide(read_vector(plane, CENTROID), total)
     for j in range(3):
         point = point_at(surface.points, surface.triangles[t, j])
-        if abs(dot(subtract(point, middle), normal)) > tolerance * size:
+        if abs(dot(subtract(point, centroid), normal)) > tolerance * size:
             return False
     return True

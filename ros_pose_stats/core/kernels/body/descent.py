@@ -22,12 +22,12 @@ def side_level(body: BodyArrays, k: int) -> float:
     No smaller than the line's distance seen from either face, though corners may lie off their
     planes.
     """
-    other = body.twin[k]
-    level = max(body.reach[k], body.reach[other])
+    twin = body.twin[k]
+    level = max(body.reach[k], body.reach[twin])
     if body.start[k] > 0.0 and body.stop[k] > 0.0:
         return float(level)
     return float(
-        max(level, min(body.radius[body.corner[k]], body.radius[body.corner[other]]))
+        max(level, min(body.radius[body.corner[k]], body.radius[body.corner[twin]]))
     )
 
 
@@ -44,14 +44,14 @@ def neighbour_faces(body: BodyArrays) -> Index:
     """Face (N,) on the other side of each polygon side."""
     face = body.face
     twin = body.twin
-    beyond = np.empty(twin.shape[0], np.int64)
+    neighbour = np.empty(twin.shape[0], np.int64)
     for k in range(twin.shape[0]):
-        beyond[k] = face[twin[k]]
-    return beyond
+        neighbour[k] = face[twin[k]]
+    return neighbour
 
 
 @kernel
-def descend_faces(body: BodyArrays, beyond: Index) -> Index:
+def descend_faces(body: BodyArrays, neighbour: Index) -> Index:
     """Neighbour that each face joins when it is flooded from below; itself where stable.
 
     Taken is the side nearest to the foot among those that the foot lies beyond: the level
@@ -64,24 +64,24 @@ def descend_faces(body: BodyArrays, beyond: Index) -> Index:
     faces = distance.shape[0]
     parent = np.arange(faces)
     for f in range(faces):
-        best = math.inf
+        best_level = math.inf
         best_inset = math.inf
         shallowest = math.inf
         lowest = f
         for k in range(face_start[f], face_start[f + 1]):
             shallowest = min(shallowest, inset[k])
-            g = beyond[k]
-            if not is_lower(distance, g, f):
+            candidate = neighbour[k]
+            if not is_lower(distance, candidate, f):
                 continue
-            if is_lower(distance, g, lowest):
-                lowest = g
+            if is_lower(distance, candidate, lowest):
+                lowest = candidate
             if inset[k] > TIP_MARGIN:
                 continue
             level = side_level(body, k)
-            if level < best or (level == best and inset[k] < best_inset):
-                best = level
+            if level < best_level or (level == best_level and inset[k] < best_inset):
+                best_level = level
                 best_inset = inset[k]
-                parent[f] = g
+                parent[f] = candidate
         # Rounding only: beyond a side, but the neighbour there is no lower.
         if shallowest <= TIP_MARGIN and parent[f] == f:
             parent[f] = lowest
@@ -101,19 +101,19 @@ def basins(parent: Index) -> tuple[Index, Index]:
             basin[f] = count
             count += 1
     for f in range(faces):
-        end = f
-        while basin[end] < 0:
-            end = parent[end]
-        found = basin[end]
-        walk = f
-        while basin[walk] < 0:
-            basin[walk] = found
-            walk = parent[walk]
+        bottom = f
+        while basin[bottom] < 0:
+            bottom = parent[bottom]
+        position = basin[bottom]
+        face = f
+        while basin[face] < 0:
+            basin[face] = position
+            face = parent[face]
     return stable[:count].copy(), basin
 
 
 @kernel
-def sink_unbarred_faces(body: BodyArrays, beyond: Index, parent: Index) -> bool:
+def sink_unbarred_faces(body: BodyArrays, neighbour: Index, parent: Index) -> bool:
     """Let stable faces that nothing keeps in place descend further; tell whether any did.
 
     Among faces that are coplanar but for rounding, one can be the lowest of its neighbours and
@@ -124,29 +124,29 @@ def sink_unbarred_faces(body: BodyArrays, beyond: Index, parent: Index) -> bool:
     face = body.face
     inset = body.inset
     distance = body.distance
-    lowest = np.full(stable.shape[0], math.inf)
-    way_out = np.full(stable.shape[0], -1, np.int64)
+    exit_level = np.full(stable.shape[0], math.inf)
+    exit_side = np.full(stable.shape[0], -1, np.int64)
     for k in range(face.shape[0]):
-        own = basin[face[k]]
-        if own == basin[beyond[k]]:
+        home = basin[face[k]]
+        if home == basin[neighbour[k]]:
             continue
         level = side_level(body, k)
-        if level < lowest[own]:
-            lowest[own] = level
-            way_out[own] = k
-    moved = False
+        if level < exit_level[home]:
+            exit_level[home] = level
+            exit_side[home] = k
+    has_moved = False
     for i in range(stable.shape[0]):
         f = stable[i]
-        onward = -1
-        if lowest[i] <= distance[f]:
-            onward = beyond[way_out[i]]
+        target = -1
+        if exit_level[i] <= distance[f]:
+            target = neighbour[exit_side[i]]
         for k in range(face_start[f], face_start[f + 1]):
-            if inset[k] <= 0.0 and basin[beyond[k]] != i:
-                onward = beyond[k]
-        if onward >= 0 and stable_face_below(parent, onward) != f:
-            parent[f] = onward
-            moved = True
-    return moved
+            if inset[k] <= 0.0 and basin[neighbour[k]] != i:
+                target = neighbour[k]
+        if target >= 0 and stable_face_below(parent, target) != f:
+            parent[f] = target
+            has_moved = True
+    return has_moved
 
 
 @kernel

@@ -25,7 +25,7 @@ def edges_on_surface(
     Over a gap there are none. `order` (2E,): ends by vertex, 2 e + i being end i of edge e, from
     `first[v]` on those at vertex v.
     """
-    seen = np.zeros(order.shape[0], np.bool_)
+    is_seen = np.zeros(order.shape[0], np.bool_)
     for t in range(triangles.shape[0]):
         for i in range(3):
             a = triangles[t, i]
@@ -35,33 +35,33 @@ def edges_on_surface(
                 b = triangles[t, (i + step) % 3]
                 for k in range(first[a], first[a + 1]):
                     end = order[k]
-                    if not seen[end]:
-                        other = ends[end // 2, 1 - end % 2]
-                        seen[end] = other == b or _is_along(
-                            vertices, a, b, other, tolerance
+                    if not is_seen[end]:
+                        far_end = ends[end // 2, 1 - end % 2]
+                        is_seen[end] = far_end == b or _is_along(
+                            vertices, a, b, far_end, tolerance
                         )
-    found = np.zeros(ends.shape[0], np.int64)
+    ends_on_surface = np.zeros(ends.shape[0], np.int64)
     for e in range(ends.shape[0]):
-        found[e] = int(seen[2 * e]) + int(seen[2 * e + 1])
-    return found
+        ends_on_surface[e] = int(is_seen[2 * e]) + int(is_seen[2 * e + 1])
+    return ends_on_surface
 
 
 @inlined
-def _is_along(vertices: Array, a: int, b: int, other: int, tolerance: float) -> bool:
+def _is_along(vertices: Array, a: int, b: int, far_end: int, tolerance: float) -> bool:
     """Whether vertex b lies on the straight line between vertices a and other."""
-    chord = subtract(point_at(vertices, other), point_at(vertices, a))
-    away = subtract(point_at(vertices, b), point_at(vertices, a))
-    share = dot(away, chord) / dot(chord, chord)
+    chord = subtract(point_at(vertices, far_end), point_at(vertices, a))
+    offset = subtract(point_at(vertices, b), point_at(vertices, a))
+    share = dot(offset, chord) / dot(chord, chord)
     if share >= 1.0:
         return False
-    return length(subtract(away, scale(chord, max(share, 0.0)))) <= tolerance
+    return length(subtract(offset, scale(chord, max(share, 0.0)))) <= tolerance
 
 
 @entry_kernel
 def outermost_corners(
     points: Fixed2,
     first: FixedIndex1,
-    beside: FixedIndex1,
+    neighbour: FixedIndex1,
     axes: Fixed2,
     sides: int,
     tie: float,
@@ -69,23 +69,23 @@ def outermost_corners(
     """Which corners (H,) lie farthest out in a direction of a grid over the sphere.
 
     The rows of the grid are circles of latitude, mirrored at the equator, their directions as far
-    apart as those of a circle of `sides` or half as far. `beside[first[i]:first[i + 1]]`:
+    apart as those of a circle of `sides` or half as far. `neighbour[first[i]:first[i + 1]]`:
     neighbours of corner i; `axes`: the last goes through the poles; `tie`: what lies this little
     behind the farthest counts as well.
     """
-    found = np.zeros(points.shape[0], np.bool_)
-    here = 0
+    is_outermost = np.zeros(points.shape[0], np.bool_)
+    corner = 0
     rows = (sides + 3) // 4
-    for row in range(-rows, rows + 1):
-        z, ring = sine_cosine(0.5 * math.pi * row / rows)
-        around = sides
-        while around % 2 == 0 and 2.0 * ring * sides <= around:
-            around //= 2
-        if abs(row) == rows:
-            around = 1
+    for latitude in range(-rows, rows + 1):
+        z, ring = sine_cosine(0.5 * math.pi * latitude / rows)
+        directions = sides
+        while directions % 2 == 0 and 2.0 * ring * sides <= directions:
+            directions //= 2
+        if abs(latitude) == rows:
+            directions = 1
             ring = 0.0
-        for k in range(around):
-            y, x = sine_cosine(2.0 * math.pi * k / around)
+        for k in range(directions):
+            y, x = sine_cosine(2.0 * math.pi * k / directions)
             direction = add(
                 add(
                     scale(point_at(axes, 0), ring * x),
@@ -93,47 +93,47 @@ def outermost_corners(
                 ),
                 scale(point_at(axes, 2), z),
             )
-            here = _climb_to_farthest(points, first, beside, direction, here)
-            _mark_ties(points, first, beside, direction, here, tie, found)
-    return found
+            corner = _climb_to_farthest(points, first, neighbour, direction, corner)
+            _mark_ties(points, first, neighbour, direction, corner, tie, is_outermost)
+    return is_outermost
 
 
 @inlined
 def _climb_to_farthest(
-    points: Array, first: Index, beside: Index, direction: Vec3, here: int
+    points: Array, first: Index, neighbour: Index, direction: Vec3, corner: int
 ) -> int:
     """Corner farthest along a direction, over neighbours that lie farther each time."""
-    most = dot(direction, point_at(points, here))
+    extent = dot(direction, point_at(points, corner))
     rising = True
     while rising:
         rising = False
-        start = here
+        start = corner
         for k in range(first[start], first[start + 1]):
-            value = dot(direction, point_at(points, beside[k]))
-            if value > most:
-                most = value
-                here = beside[k]
+            neighbour_extent = dot(direction, point_at(points, neighbour[k]))
+            if neighbour_extent > extent:
+                extent = neighbour_extent
+                corner = neighbour[k]
                 rising = True
-    return here
+    return corner
 
 
 @inlined
 def _mark_ties(
     points: Array,
     first: Index,
-    beside: Index,
+    neighbour: Index,
     direction: Vec3,
     top: int,
     tie: float,
-    found: Flags,
+    is_outermost: Flags,
 ) -> None:
     """Mark the farthest corner, or both ends of an edge as far, but no corners of a whole face."""
-    least = dot(direction, point_at(points, top)) - tie
+    threshold = dot(direction, point_at(points, top)) - tie
     ties = 0
-    other = top
+    farthest = top
     for k in range(first[top], first[top + 1]):
-        if dot(direction, point_at(points, beside[k])) >= least:
+        if dot(direction, point_at(points, neighbour[k])) >= threshold:
             ties = ties + 1
-            other = beside[k]
+            farthest = neighbour[k]
     if ties < 2:
-        found[top] = found[other] = True
+        is_outermost[top] = is_outermost[farthest] = True

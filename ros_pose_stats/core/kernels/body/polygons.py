@@ -122,27 +122,27 @@ def _order_loops(
     """
     faces = face_start.shape[0] - 1
     begin = np.empty(faces, np.int64)
-    after = np.empty(faces, np.int64)
-    place = np.zeros(points + 1, np.int64)
+    second = np.empty(faces, np.int64)
+    offset = np.zeros(points + 1, np.int64)
     for f in range(faces):
         low = face_start[f]
         for k in range(face_start[f], face_start[f + 1]):
             if _origin(triangles, first[k]) < _origin(triangles, first[low]):
                 low = k
         begin[f] = low
-        after[f] = _origin(
+        second[f] = _origin(
             triangles, first[low + 1 if low + 1 < face_start[f + 1] else face_start[f]]
         )
-        place[_origin(triangles, first[low]) + 1] += 1
+        offset[_origin(triangles, first[low]) + 1] += 1
     for v in range(points):
-        place[v + 1] += place[v]
+        offset[v + 1] += offset[v]
     order = np.empty(faces, np.int64)
-    filled = place[:points].copy()
+    next_free = offset[:points].copy()
     for f in range(faces):
         v = _origin(triangles, first[begin[f]])
-        k = filled[v]
-        filled[v] += 1
-        while k > place[v] and after[order[k - 1]] > after[f]:
+        k = next_free[v]
+        next_free[v] += 1
+        while k > offset[v] and second[order[k - 1]] > second[f]:
             order[k] = order[k - 1]
             k -= 1
         order[k] = f
@@ -183,15 +183,15 @@ def polygon_planes(
     for f in range(faces):
         begin = face_start[f]
         end = face_start[f + 1]
-        middle = Vec3(0.0, 0.0, 0.0)
+        center = Vec3(0.0, 0.0, 0.0)
         for k in range(begin, end):
-            middle = add(middle, point_at(points, corner[k]))
-        middle = divide(middle, float(end - begin))
+            center = add(center, point_at(points, corner[k]))
+        center = divide(center, float(end - begin))
         normal = Vec3(0.0, 0.0, 0.0)
         for k in range(begin, end):
             p = point_at(points, corner[k])
             q = point_at(points, corner[k + 1 if k + 1 < end else begin])
-            normal = add(normal, cross(subtract(p, middle), subtract(q, middle)))
+            normal = add(normal, cross(subtract(p, center), subtract(q, center)))
         size = length(normal)
         areas[f] = 0.5 * size
         if size == 0.0:
@@ -199,7 +199,7 @@ def polygon_planes(
             continue
         normal = divide(normal, size)
         write_row(normals, f, 0, normal)
-        distances[f] = dot(normal, middle)
+        distances[f] = dot(normal, center)
     return normals, distances, areas
 
 

@@ -25,70 +25,70 @@ def can_roll(points: Fixed2, down: Fixed1, axis: Fixed1, height: float) -> bool:
 
     Turns both ways count together; `down` (3,): what points down at first.
     """
-    begin = read_vector(down, 0)
-    along = read_vector(axis, 0)
-    across = cross(along, begin)
-    still = scale(along, dot(along, begin))
-    free = 0
+    first_down = read_vector(down, 0)
+    axis_direction = read_vector(axis, 0)
+    perpendicular = cross(axis_direction, first_down)
+    fixed = scale(axis_direction, dot(axis_direction, first_down))
+    free_steps = 0
     for sign in (1.0, -1.0):
         for step in range(1, STEPS + 1):
             sine, cosine = sine_cosine(sign * step * (0.5 * math.pi / STEPS))
-            turned = add(
-                add(scale(begin, cosine), scale(across, sine)),
-                scale(still, 1.0 - cosine),
+            turned_down = add(
+                add(scale(first_down, cosine), scale(perpendicular, sine)),
+                scale(fixed, 1.0 - cosine),
             )
-            above = -math.inf
+            height_reached = -math.inf
             for i in range(points.shape[0]):
-                above = max(above, dot(point_at(points, i), turned))
-            if above > height:
+                height_reached = max(height_reached, dot(point_at(points, i), turned_down))
+            if height_reached > height:
                 break
-            free += 1
-    return free >= STEPS
+            free_steps += 1
+    return free_steps >= STEPS
 
 
 @entry_kernel
 def quaternions_down(downs: Fixed2) -> Array:
     """Quaternions (P, 4), x y z w, of the smallest rotations that take each of (P, 3) to -z."""
-    found = np.zeros((downs.shape[0], 4))
+    quaternions = np.zeros((downs.shape[0], 4))
     for i in range(downs.shape[0]):
         x, y, z = downs[i]
         if z > 0.0 and math.sqrt(x * x + y * y) < POLE:
             # Half a turn about x first, then the small rotation that is left from (x, -y, -z).
-            found[i, 0] = 1.0 + z
-            found[i, 2] = -x
-            found[i, 3] = -y
+            quaternions[i, 0] = 1.0 + z
+            quaternions[i, 2] = -x
+            quaternions[i, 3] = -y
         else:
             # 1 - z without losing digits near +z
             turn = (x * x + y * y) / (1.0 + z) if z > 0.0 else 1.0 - z
-            found[i, 0] = -y
-            found[i, 1] = x
-            found[i, 3] = turn
-        found[i] /= math.sqrt((found[i] * found[i]).sum())
-    return found
+            quaternions[i, 0] = -y
+            quaternions[i, 1] = x
+            quaternions[i, 3] = turn
+        quaternions[i] /= math.sqrt((quaternions[i] * quaternions[i]).sum())
+    return quaternions
 
 
 @entry_kernel
 def matrices_of(quaternions: Fixed2) -> Array:
     """Rotation matrices (P, 3, 3) of unit quaternions (P, 4), x y z w."""
-    found = np.empty((quaternions.shape[0], 3, 3))
+    matrices = np.empty((quaternions.shape[0], 3, 3))
     for i in range(quaternions.shape[0]):
         x, y, z, w = quaternions[i]
-        found[i, 0] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
-        found[i, 1] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
-        found[i, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
-    return found
+        matrices[i, 0] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
+        matrices[i, 1] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
+        matrices[i, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
+    return matrices
 
 
 @entry_kernel
 def tops(points: Fixed2, downs: Fixed2) -> Array:
     """Extent (P,) of the points against each direction (P, 3) from the origin."""
-    result = np.empty(downs.shape[0])
+    extents = np.empty(downs.shape[0])
     for p in range(downs.shape[0]):
-        least = np.inf
+        lowest = np.inf
         for i in range(points.shape[0]):
-            least = min(least, dot(point_at(points, i), point_at(downs, p)))
-        result[p] = -least
-    return result
+            lowest = min(lowest, dot(point_at(points, i), point_at(downs, p)))
+        extents[p] = -lowest
+    return extents
 
 
 @entry_kernel
@@ -98,19 +98,19 @@ def silhouette(points: Fixed2, body: BodyArrays, rotation: Fixed2) -> Array:
     on_outline = np.zeros(points.shape[0], np.bool_)
     for k in range(body.twin.shape[0]):
         facing = dot(point_at(body.normal, body.face[k]), up)
-        turned = dot(point_at(body.normal, body.face[body.twin[k]]), up)
+        facing_across = dot(point_at(body.normal, body.face[body.twin[k]]), up)
         # Wider than any edge-on face is off, by rounding or merging: more points do no harm.
-        if facing >= -10.0 * COPLANAR and turned <= 10.0 * COPLANAR:
+        if facing >= -10.0 * COPLANAR and facing_across <= 10.0 * COPLANAR:
             on_outline[body.corner[k]] = True
             on_outline[body.corner[body.twin[k]]] = True
-    seen = np.empty((on_outline.sum(), 2))
+    projected = np.empty((on_outline.sum(), 2))
     k = 0
     for i in range(points.shape[0]):
         if on_outline[i]:
             for c in range(2):
-                seen[k, c] = dot(point_at(points, i), point_at(rotation, c))
+                projected[k, c] = dot(point_at(points, i), point_at(rotation, c))
             k += 1
-    return _hull_2d(seen)
+    return _hull_2d(projected)
 
 
 @kernel
@@ -136,22 +136,22 @@ def _hull_2d(points: Array) -> Array:
 @kernel
 def _thin_out(chain: Array) -> Array:
     """Drop corners that are doubled or on a straight line, but for rounding."""
-    apart = np.empty_like(chain)
+    distinct = np.empty_like(chain)
     size = 0
     for i in range(chain.shape[0]):
         if _gap(chain[i], chain[i - 1]) >= SAME_POINT:
-            apart[size] = chain[i]
+            distinct[size] = chain[i]
             size += 1
-    kept = np.empty_like(chain)
-    left = 0
+    corners = np.empty_like(chain)
+    count = 0
     for i in range(size):
-        last = kept[left - 1] if left > 0 else apart[(i - 1) % size]
-        following = apart[(i + 1) % size]
-        length = _gap(last, apart[i]) + _gap(apart[i], following)
-        if _turn_at(last, apart[i], following) >= SAME_POINT * length:
-            kept[left] = apart[i]
-            left += 1
-    return kept[:left].copy()
+        predecessor = corners[count - 1] if count > 0 else distinct[(i - 1) % size]
+        successor = distinct[(i + 1) % size]
+        length = _gap(predecessor, distinct[i]) + _gap(distinct[i], successor)
+        if _turn_at(predecessor, distinct[i], successor) >= SAME_POINT * length:
+            corners[count] = distinct[i]
+            count += 1
+    return corners[:count].copy()
 
 
 @kernel

@@ -69,31 +69,31 @@ def first_release(work: layout.Work, last: int) -> tuple[float, int]:
     poly = work.polynomial
     mode = work.tally[layout.MODE]
     first = math.inf
-    event = NOTHING
+    kind = NOTHING
     edge = work.contact[layout.LENGTH]
-    for which in range(2):
-        if work.support[which] < 0:
+    for vertex in range(2):
+        if work.support[vertex] < 0:
             continue
         for k in range(last):
-            far = series[k, layout.TORQUE] / edge
+            second_force = series[k, layout.TORQUE] / edge
             if mode != layout.EDGE:
                 poly[k] = series[k, layout.FORCE]
-            elif which == 1:
-                poly[k] = far
+            elif vertex == 1:
+                poly[k] = second_force
             else:
-                poly[k] = series[k, layout.FORCE] - far
-        grown = 0
+                poly[k] = series[k, layout.FORCE] - second_force
+        first_coefficient = 0
         if poly[0] <= PULL * (
             work.clock[layout.STEP] * work.clock[layout.STEP]
         ):  # it starts from zero
             if poly[1] < 0.0:
-                return 0.0, which
-            grown = 1
-        when = first_zero(poly, grown, last - 1, min(first, 1.0), work.local_polynomial)
-        if when < first:
-            first = when
-            event = which
-    return first, event
+                return 0.0, vertex
+            first_coefficient = 1
+        zero = first_zero(poly, first_coefficient, last - 1, min(first, 1.0), work.local_polynomial)
+        if zero < first:
+            first = zero
+            kind = vertex
+    return first, kind
 
 
 @inlined
@@ -102,7 +102,7 @@ def first_landing(
     rules: layout.DropRules,
     work: layout.Work,
     last: int,
-    before: float,
+    limit: float,
 ) -> tuple[float, int, int]:
     """When the first corner reaches the plate, if that is before a given fraction.
 
@@ -112,38 +112,38 @@ def first_landing(
     """
     first = math.inf
     corner = -1
-    flying = work.tally[layout.MODE] == layout.FLIGHT
-    live = list_candidates(body, rules, work, last)
-    for i in range(live):
-        put_soonest_first(work.candidates, work.landing_bound, i, live)
-        if work.landing_bound[i] > min(first, before, 1.0):
+    is_flying = work.tally[layout.MODE] == layout.FLIGHT
+    count = list_candidates(body, rules, work, last)
+    for i in range(count):
+        put_soonest_first(work.candidates, work.landing_bound, i, count)
+        if work.landing_bound[i] > min(first, limit, 1.0):
             break
         j = work.candidates[i]
-        if not flying and (j == work.support[0] or j == work.support[1]):
+        if not is_flying and (j == work.support[0] or j == work.support[1]):
             continue
         r = layout.corner_of(body, j)
         for k in range(last + 1):
             work.polynomial[k] = dot_from(
                 work.series[k, layout.ZS], read_row(work.series, k, layout.PS), r
             )
-        known = _known_zeros(work, j)
-        if known == 0 and work.polynomial[0] <= 0.0:
-            known = _zeros_on_plate(work)
-            if known == 0:
-                return 0.0, j, live
-        if known > 0 and work.polynomial[0] > JUST_TOUCHING:
-            for k in range(1, known):
+        leading_zeros = _known_zeros(work, j)
+        if leading_zeros == 0 and work.polynomial[0] <= 0.0:
+            leading_zeros = _zeros_on_plate(work)
+            if leading_zeros == 0:
+                return 0.0, j, count
+        if leading_zeros > 0 and work.polynomial[0] > JUST_TOUCHING:
+            for k in range(1, leading_zeros):
                 work.polynomial[k] = 0.0
-            known = 0
-        if known > 0 and work.polynomial[known] <= 0.0:
+            leading_zeros = 0
+        if leading_zeros > 0 and work.polynomial[leading_zeros] <= 0.0:
             continue  # sinks by a rounding; if by more, it lands on the next step
-        when = first_zero(
-            work.polynomial, known, last, min(first, before, 1.0), work.local_polynomial
+        zero = first_zero(
+            work.polynomial, leading_zeros, last, min(first, limit, 1.0), work.local_polynomial
         )
-        if when < first:
-            first = when
+        if zero < first:
+            first = zero
             corner = j
-    return first, corner, live
+    return first, corner, count
 
 
 @inlined
@@ -153,10 +153,10 @@ def _zeros_on_plate(work: layout.Work) -> int:
     None if it moves or accelerates downwards, beyond rounding: it lands.
     """
     step = work.clock[layout.STEP]
-    still = AT_REST * step
-    if work.polynomial[1] > still:
+    rest_speed = AT_REST * step
+    if work.polynomial[1] > rest_speed:
         return 1
-    if work.polynomial[1] < -still or work.polynomial[2] < -SINKING * (step * step):
+    if work.polynomial[1] < -rest_speed or work.polynomial[2] < -SINKING * (step * step):
         return 0
     return 2
 
@@ -197,27 +197,27 @@ def list_candidates(
     if last < CUBIC:
         write_row(series, CUBIC, layout.PS, Vec3(0.0, 0.0, 0.0))
         series[CUBIC, layout.ZS] = 0.0
-    swing = bend = 0.0
+    direction_change = curvature = 0.0
     for k in range(1, last + 1):
         size = length(read_row(series, k, layout.PS))
-        swing += size
+        direction_change += size
         if k > CUBIC:
-            bend += size + abs(series[k, layout.ZS])
-    if body.neighbour.shape[0] > 0 and swing * swing * body.x.shape[0] < SPREAD_LIMIT:
-        return search_neighbours(body, work, swing, bend, rules.touching)
-    return search_balls(body, work, bend, rules.touching)
+            curvature += size + abs(series[k, layout.ZS])
+    if body.neighbour.shape[0] > 0 and direction_change * direction_change * body.x.shape[0] < SPREAD_LIMIT:
+        return search_neighbours(body, work, direction_change, curvature, rules.touching)
+    return search_balls(body, work, curvature, rules.touching)
 
 
 @inlined
 def search_balls(
-    body: layout.DropBody, work: layout.Work, bend: float, margin: float
+    body: layout.DropBody, work: layout.Work, curvature: float, margin: float
 ) -> int:
     """Candidates by way of the balls."""
     ball = body.ball
     ball_range = body.ball_range
     count = node = 0
     while node < ball.shape[0]:
-        path = _path_below(work.series, read_row(ball, node, layout.BALL_CENTRE), bend)
+        path = _path_below(work.series, read_row(ball, node, layout.BALL_CENTRE), curvature)
         if _lowest_height(path) - ball[node, layout.BALL_RADIUS] > margin:
             node = ball_range[node, layout.BALL_NEXT]
             continue
@@ -225,21 +225,21 @@ def search_balls(
             for j in range(
                 ball_range[node, layout.BALL_BEGIN], ball_range[node, layout.BALL_END]
             ):
-                count = _list_corner(body, work, j, bend, margin, count)
+                count = _list_corner(body, work, j, curvature, margin, count)
         node += 1
     return count
 
 
 @inlined
 def search_neighbours(
-    body: layout.DropBody, work: layout.Work, swing: float, bend: float, margin: float
+    body: layout.DropBody, work: layout.Work, direction_change: float, curvature: float, margin: float
 ) -> int:
-    """Candidates by way of the neighbours: every cone within `swing` of the direction."""
+    """Candidates by way of the neighbours: every cone within `direction_change` of the direction."""
     work.tally[layout.SEARCH] += 1
     search = work.tally[layout.SEARCH]
-    low = _find_lowest_corner(body, work)
-    work.last_search[low] = search
-    work.queue[0] = low
+    lowest = _find_lowest_corner(body, work)
+    work.last_search[lowest] = search
+    work.queue[0] = lowest
     begin = 0
     end = 1
     count = 0
@@ -247,7 +247,7 @@ def search_neighbours(
     while begin < end:
         j = work.queue[begin]
         begin += 1
-        count = _list_corner(body, work, j, bend, margin, count)
+        count = _list_corner(body, work, j, curvature, margin, count)
         for k in range(body.neighbour_start[j], body.neighbour_start[j + 1]):
             i = body.neighbour[k]
             if work.last_search[i] == search:
@@ -255,7 +255,7 @@ def search_neighbours(
             rise = dot(
                 up, subtract(layout.corner_of(body, i), layout.corner_of(body, j))
             )
-            if abs(rise) <= swing * body.neighbour_distance[k] + margin:
+            if abs(rise) <= direction_change * body.neighbour_distance[k] + margin:
                 work.last_search[i] = search
                 work.queue[end] = i
                 end += 1
@@ -270,21 +270,21 @@ def _find_lowest_corner(body: layout.DropBody, work: layout.Work) -> int:
     lead in a circle.
     """
     up = read_row(work.series, 0, layout.PS)
-    low = work.tally[layout.LOWEST]
-    least = dot(up, layout.corner_of(body, low))
+    lowest = work.tally[layout.LOWEST]
+    least_height = dot(up, layout.corner_of(body, lowest))
     while True:
-        best = -1
-        for k in range(body.neighbour_start[low], body.neighbour_start[low + 1]):
+        lower = -1
+        for k in range(body.neighbour_start[lowest], body.neighbour_start[lowest + 1]):
             i = body.neighbour[k]
             height = dot(up, layout.corner_of(body, i))
-            if height < least:
-                best = i
-                least = height
-        if best < 0:
+            if height < least_height:
+                lower = i
+                least_height = height
+        if lower < 0:
             break
-        low = best
-    work.tally[layout.LOWEST] = low
-    return int(low)
+        lowest = lower
+    work.tally[layout.LOWEST] = lowest
+    return int(lowest)
 
 
 class Path(NamedTuple):
@@ -296,14 +296,14 @@ class Path(NamedTuple):
 
 
 @inlined
-def _path_below(series: Array, r: Vec3, bend: float) -> Path:
+def _path_below(series: Array, r: Vec3, curvature: float) -> Path:
     """Parabola that the height of a point does not go below during the step."""
     cubic = dot_from(series[CUBIC, layout.ZS], read_row(series, CUBIC, layout.PS), r)
     return Path(
         dot_from(series[0, layout.ZS], read_row(series, 0, layout.PS), r),
         dot_from(series[1, layout.ZS], read_row(series, 1, layout.PS), r),
         dot_from(
-            series[2, layout.ZS] - bend + min(cubic, 0.0),
+            series[2, layout.ZS] - curvature + min(cubic, 0.0),
             read_row(series, 2, layout.PS),
             r,
         ),
@@ -329,8 +329,8 @@ def time_to_plate(path: Path) -> float:
         return (slope + math.sqrt(max(square, 0.0))) / (-2.0 * curve)
     if height <= 0.0:
         return 0.0
-    sinking = math.sqrt(square) - slope if square >= 0.0 else 0.0
-    return 2.0 * height / sinking if sinking > 0.0 else math.inf
+    denominator = math.sqrt(square) - slope if square >= 0.0 else 0.0
+    return 2.0 * height / denominator if denominator > 0.0 else math.inf
 
 
 @inlined
@@ -338,12 +338,12 @@ def _list_corner(
     body: layout.DropBody,
     work: layout.Work,
     j: int,
-    bend: float,
+    curvature: float,
     margin: float,
     count: int,
 ) -> int:
     """Add a corner to the list unless its parabola stays above; return the new length."""
-    path = _path_below(work.series, layout.corner_of(body, j), bend)
+    path = _path_below(work.series, layout.corner_of(body, j), curvature)
     if _lowest_height(path) > margin:
         return count
     work.candidates[count] = j
@@ -352,11 +352,11 @@ def _list_corner(
 
 
 @inlined
-def put_soonest_first(found: Index, soonest: Array, begin: int, end: int) -> None:
+def put_soonest_first(candidates: Index, landing_bound: Array, begin: int, end: int) -> None:
     """Put the corner that may land soonest in front: its landing rules out most others."""
-    best = begin
+    soonest = begin
     for i in range(begin + 1, end):
-        if soonest[i] < soonest[best]:
-            best = i
-    found[begin], found[best] = found[best], found[begin]
-    soonest[begin], soonest[best] = soonest[best], soonest[begin]
+        if landing_bound[i] < landing_bound[soonest]:
+            soonest = i
+    candidates[begin], candidates[soonest] = candidates[soonest], candidates[begin]
+    landing_bound[begin], landing_bound[soonest] = landing_bound[soonest], landing_bound[begin]

@@ -30,20 +30,20 @@ def run_drops(
     for none.
     """
     work = layout.new_work(body.x.shape[0])
-    top = 0.0
+    highest_exit = 0.0
     for level in body.way_out:
-        top = max(top, level)
+        highest_exit = max(highest_exit, level)
     for i in range(releases.shape[0]):
-        _release_body(body, rules, releases[i], top, work, outcome[i], tape)
-        _follow_drop(body, rules, top, work, outcome[i], measure[i], tape)
+        _release_body(body, rules, releases[i], highest_exit, work, outcome[i], tape)
+        _follow_drop(body, rules, highest_exit, work, outcome[i], measure[i], tape)
 
 
 @inlined
 def _release_body(
     body: layout.DropBody,
     rules: layout.DropRules,
-    begin: Array,
-    top: float,
+    release: Array,
+    highest_exit: float,
     work: layout.Work,
     outcome: Index,
     tape: Array,
@@ -52,7 +52,7 @@ def _release_body(
     state = work.state
     tally = work.tally
     for k in range(layout.STATE):
-        state[k] = begin[k]
+        state[k] = release[k]
     # Where the search for the lowest corner begins decides ties: nothing of the last drop may
     # be left.
     tally[layout.MODE] = layout.FLIGHT
@@ -67,11 +67,11 @@ def _release_body(
     work.clock[layout.REACH] = LONGEST_STEP
     work.clock[layout.EXPECTED_LANDING] = math.inf
     outcome[layout.TOUCHED] = 0
-    if state[layout.Z] <= max(1.0, top) + rules.touching:
+    if state[layout.Z] <= max(1.0, highest_exit) + rules.touching:
         tally[layout.LOWEST] = layout.lowest_corner(state, body)
-        low = layout.corner_height(state, body, tally[layout.LOWEST])
-        if low < 0.0:
-            state[layout.Z] -= low
+        lowest_height = layout.corner_height(state, body, tally[layout.LOWEST])
+        if lowest_height < 0.0:
+            state[layout.Z] -= lowest_height
             outcome[layout.TOUCHED] = 1
         for j in range(body.x.shape[0]):
             if layout.corner_height(state, body, j) <= rules.touching:
@@ -86,7 +86,7 @@ def _release_body(
 def _follow_drop(
     body: layout.DropBody,
     rules: layout.DropRules,
-    top: float,
+    highest_exit: float,
     work: layout.Work,
     outcome: Index,
     measure: Array,
@@ -94,20 +94,20 @@ def _follow_drop(
 ) -> None:
     """From event to event, until the outcome is certain or the steps granted have run out."""
     tally = work.tally
-    landed = tally[layout.VERTICES] > 0
-    ending, pose = judge_outcome(body, rules, top, work)
+    has_landed = tally[layout.VERTICES] > 0
+    ending, pose = judge_outcome(body, rules, highest_exit, work)
     while ending == layout.UNSETTLED and may_go_on(body, rules, work):
-        if landed:
-            landed = not resolve_landing(body, rules, work, tape)
-            ending, pose = judge_outcome(body, rules, top, work)
-        if landed or ending != layout.UNSETTLED:
+        if has_landed:
+            has_landed = not resolve_landing(body, rules, work, tape)
+            ending, pose = judge_outcome(body, rules, highest_exit, work)
+        if has_landed or ending != layout.UNSETTLED:
             continue
         tally[layout.EVENTS] += 1
         last = prepare_step(body, rules, work)
         if last > 0:  # else it has turned freely, high above the plate
             event = detect_event(body, rules, work, last)
             move_to_event(body, work, last, event)
-            landed = apply_event(body, rules, work, event, tape)
+            has_landed = apply_event(body, rules, work, event, tape)
     outcome[layout.POSE] = pose
     outcome[layout.ENDING] = ending
     outcome[layout.IMPACT_COUNT] = tally[layout.IMPACTS]
@@ -119,28 +119,28 @@ def _follow_drop(
 
 @inlined
 def judge_outcome(
-    body: layout.DropBody, rules: layout.DropRules, top: float, work: layout.Work
+    body: layout.DropBody, rules: layout.DropRules, highest_exit: float, work: layout.Work
 ) -> tuple[int, int]:
     """Whether and how the drop has ended, and the pose (-1 while it has not)."""
-    resting = work.tally[layout.MODE] == layout.FACE
-    if not resting and rules.to_rest:
+    is_resting = work.tally[layout.MODE] == layout.FACE
+    if not is_resting and rules.to_rest:
         return layout.UNSETTLED, -1
-    left = energy(work.state, body.moment)
-    if not rules.to_rest and rolls_upright(body, rules, work, left):
+    remaining_energy = energy(work.state, body.moment)
+    if not rules.to_rest and rolls_upright(body, rules, work, remaining_energy):
         return layout.TRAPPED, int(body.roll_pose[work.tally[layout.LOWEST]])
-    if not resting and left >= top:
+    if not is_resting and remaining_energy >= highest_exit:
         return layout.UNSETTLED, -1
     pose = pose_below(body, layout.up_of(work.state), work.tally[layout.LOWEST])
-    if not rules.to_rest and left < body.way_out[pose] - TRAP:
+    if not rules.to_rest and remaining_energy < body.way_out[pose] - TRAP:
         return layout.TRAPPED, pose
-    if resting:
+    if is_resting:
         return layout.RESTING, pose
     return layout.UNSETTLED, -1
 
 
 @inlined
 def rolls_upright(
-    body: layout.DropBody, rules: layout.DropRules, work: layout.Work, left: float
+    body: layout.DropBody, rules: layout.DropRules, work: layout.Work, total_energy: float
 ) -> bool:
     """Whether the body rolls on a rim, and has not the energy to tip over an edge of it.
 
@@ -169,7 +169,7 @@ def rolls_upright(
         (1.0 + rules.restitution) / (1.0 - rules.restitution)
     )
     freed = (freed + body.rim[pose, layout.SINGLE]) * (roll + body.roll_climb[corner])
-    return bool(left - roll + freed < body.roll_level[corner] - TRAP)
+    return bool(total_energy - roll + freed < body.roll_level[corner] - TRAP)
 
 
 @inlined
@@ -189,10 +189,10 @@ def may_go_on(
     pose = pose_below(
         body, layout.up_of(work.state), layout.lowest_corner(work.state, body)
     )
-    spare = energy(work.state, body.moment) - body.pose_level[pose]
-    if spare > (1.0 - PROGRESS) * work.clock[layout.SPARE]:
+    spare_energy = energy(work.state, body.moment) - body.pose_level[pose]
+    if spare_energy > (1.0 - PROGRESS) * work.clock[layout.SPARE]:
         return False
-    work.clock[layout.SPARE] = spare
+    work.clock[layout.SPARE] = spare_energy
     work.tally[layout.LIMIT] += rules.most_steps
     return True
 
@@ -201,9 +201,9 @@ def may_go_on(
 def energy(state: Array, moment: Array) -> float:
     """Mechanical energy z + v²/2 + w . I w / 2, the plate at 0."""
     spin = layout.spin_of(state)
-    turning = dot(products(read_vector(moment, 0), spin), spin)
+    rotational = dot(products(read_vector(moment, 0), spin), spin)
     return float(
-        state[layout.Z] + 0.5 * state[layout.V] * state[layout.V] + 0.5 * turning
+        state[layout.Z] + 0.5 * state[layout.V] * state[layout.V] + 0.5 * rotational
     )
 
 
@@ -234,6 +234,6 @@ def pose_below(body: layout.DropBody, up: Vec3, corner: int) -> int:
         s = dot(u, e) / fall
         if s < nearest:
             nearest = s
-            right = dot(e, cross(r, u)) > 0.0
-            pose = body.side_right[k] if right else body.side_left[k]
+            is_right_hand = dot(e, cross(r, u)) > 0.0
+            pose = body.side_right[k] if is_right_hand else body.side_left[k]
     return int(pose)

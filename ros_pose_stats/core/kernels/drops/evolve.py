@@ -64,38 +64,38 @@ def prepare_step(
     """
     state = work.state
     clock = work.clock
-    turning = length(layout.spin_of(state))
+    turning_speed = length(layout.spin_of(state))
     if work.tally[layout.MODE] == layout.FLIGHT:
-        clear = 0.0  # time for which the centre of mass stays a radius above the plate
+        clear_time = 0.0  # time for which the centre of mass stays a radius above the plate
         if state[layout.Z] > 1.0:
-            clear = state[layout.V] + math.sqrt(
+            clear_time = state[layout.V] + math.sqrt(
                 state[layout.V] * state[layout.V] + 2.0 * (state[layout.Z] - 1.0)
             )
-        if turning * clear > FREE_TURN and rotate_freely(state, body.moment, clear):
-            state[layout.Z] += clear * (state[layout.V] - 0.5 * clear)
-            state[layout.V] -= clear
-            clock[layout.TIME] += clear
+        if turning_speed * clear_time > FREE_TURN and rotate_freely(state, body.moment, clear_time):
+            state[layout.Z] += clear_time * (state[layout.V] - 0.5 * clear_time)
+            state[layout.V] -= clear_time
+            clock[layout.TIME] += clear_time
             clock[layout.EXPECTED_LANDING] = math.inf
             work.tally[layout.VERTICES] = 0
             return 0
-        fall = 1.0001 * (
+        fall_time = 1.0001 * (
             state[layout.V]
             + math.sqrt(state[layout.V] * state[layout.V] + 2.0 * state[layout.Z])
         )
-        step = min(fall, clock[layout.EXPECTED_LANDING])
+        step = min(fall_time, clock[layout.EXPECTED_LANDING])
         turn = body.turn_limit
-        if clear > SHORTEST_CLEAR:
-            step = clear
+        if clear_time > SHORTEST_CLEAR:
+            step = clear_time
             turn = TURN
-        if turning * step > turn:
-            step = turn / turning
+        if turning_speed * step > turn:
+            step = turn / turning_speed
         last = free_series(state, body.moment, step, rules.truncation, work.series)
     else:
         step = min(LONGEST_STEP, GROWTH * clock[layout.REACH])
         if clock[layout.EXPECTED_LANDING] < math.inf:
             step = min(LONGEST_STEP, clock[layout.EXPECTED_LANDING])
-        if turning * step > body.turn_limit:
-            step = body.turn_limit / turning
+        if turning_speed * step > body.turn_limit:
+            step = body.turn_limit / turning_speed
         on_edge = work.tally[layout.MODE] == layout.EDGE
         last = sliding_series(
             state,
@@ -205,13 +205,13 @@ def sample_motion(
     series = np.zeros((layout.ORDER + 1, layout.COLUMNS))
     turn = first_turn.copy()
     turn_series = np.zeros((layout.ORDER + 1, 4))
-    now = 0.0
+    time = 0.0
     for i in range(times.shape[0]):
         while True:
-            ahead = times[i] - now
-            rate = length(layout.spin_of(state))
-            step = LONGEST_STEP if rate * LONGEST_STEP < TURN else TURN / rate
-            step = max(min(step, ahead), 1e-12)
+            remaining_time = times[i] - time
+            turning_speed = length(layout.spin_of(state))
+            step = LONGEST_STEP if turning_speed * LONGEST_STEP < TURN else TURN / turning_speed
+            step = max(min(step, remaining_time), 1e-12)
             if mode == layout.FLIGHT:
                 last = free_series(state, moment, step, TRUNCATION, series)
             else:
@@ -226,12 +226,12 @@ def sample_motion(
                 )
             step *= shorten_series(series, last, TRUNCATION)
             _quaternion_series(series, axes, turn, last, turn_series)
-            part = min(1.0, ahead / step)
-            advance_state(state, series, contact, mode, last, step, part)
+            fraction = min(1.0, remaining_time / step)
+            advance_state(state, series, contact, mode, last, step, fraction)
             for k in range(4):
-                turn[k] = value_at(turn_series, k, last, part)
-            now += part * step
-            if now >= times[i] - 1e-14 * (1.0 + times[i]):
+                turn[k] = value_at(turn_series, k, last, fraction)
+            time += fraction * step
+            if time >= times[i] - 1e-14 * (1.0 + times[i]):
                 break
         for k in range(layout.STATE):
             states[i, k] = state[k]
@@ -247,25 +247,25 @@ def sample_motion(
 
 @inlined
 def _quaternion_series(
-    series: Array, axes: Array, turn: Array, last: int, out: Array
+    series: Array, axes: Array, quaternion: Array, last: int, quaternion_series: Array
 ) -> None:
     for k in range(4):
-        out[0, k] = turn[k]
+        quaternion_series[0, k] = quaternion[k]
     for n in range(last):
         dx = dy = dz = dw = 0.0
         for i in range(n + 1):
             j = n - i
             spin = transform(axes, read_row(series, j, layout.WS))
-            x = out[i, 0]
-            y = out[i, 1]
-            z = out[i, 2]
-            w = out[i, 3]
+            x = quaternion_series[i, 0]
+            y = quaternion_series[i, 1]
+            z = quaternion_series[i, 2]
+            w = quaternion_series[i, 3]
             dx += w * spin.x + y * spin.z - z * spin.y
             dy += w * spin.y + z * spin.x - x * spin.z
             dz += w * spin.z + x * spin.y - y * spin.x
             dw -= x * spin.x + y * spin.y + z * spin.z
         share = 0.5 / (n + 1)
-        out[n + 1, 0] = dx * share
-        out[n + 1, 1] = dy * share
-        out[n + 1, 2] = dz * share
-        out[n + 1, 3] = dw * share
+        quaternion_series[n + 1, 0] = dx * share
+        quaternion_series[n + 1, 1] = dy * share
+        quaternion_series[n + 1, 2] = dz * share
+        quaternion_series[n + 1, 3] = dw * share

@@ -65,13 +65,13 @@ def arithmetic_geometric(b: float, phase: float) -> tuple[float, float]:
 @kernel
 def theta_ratios(z: float, nome: float) -> tuple[float, float, float]:
     """Elliptic sn, cn and dn at u = 2K z / pi, by theta functions (DLMF 22.2)."""
-    one_s, one_c = sine_cosine(z)
-    c2 = one_c * one_c - one_s * one_s
-    s2 = 2.0 * one_s * one_c
+    odd_s, odd_c = sine_cosine(z)
+    c2 = odd_c * odd_c - odd_s * odd_s
+    s2 = 2.0 * odd_s * odd_c
     even_c = 1.0
     even_s = 0.0
-    t1 = one_s
-    t2 = one_c
+    t1 = odd_s
+    t2 = odd_c
     t3 = 0.5
     t4 = 0.5
     n2 = 1.0
@@ -89,9 +89,9 @@ def theta_ratios(z: float, nome: float) -> tuple[float, float, float]:
         odd *= step
         sign = -sign
         even_c, even_s = even_c * c2 - even_s * s2, even_s * c2 + even_c * s2
-        one_c, one_s = one_c * c2 - one_s * s2, one_s * c2 + one_c * s2
-        t1 += sign * odd * one_s
-        t2 += odd * one_c
+        odd_c, odd_s = odd_c * c2 - odd_s * s2, odd_s * c2 + odd_c * s2
+        t1 += sign * odd * odd_s
+        t2 += odd * odd_c
         t3 += even * even_c
         t4 += sign * even * even_c
         n2 += odd
@@ -110,17 +110,17 @@ def theta_turn(z: float, nome: float, growth: float) -> float:
     s = 0.0
     real = 0.5
     imaginary = 0.0
-    plus = minus = step = 1.0
+    rising = falling = step = 1.0
     sign = 1.0
     for _ in range(TERMS + 1):
-        plus *= nome * step * growth
-        minus *= nome * step / growth
+        rising *= nome * step * growth
+        falling *= nome * step / growth
         step *= nome * nome
         sign = -sign
         c, s = c * c2 - s * s2, s * c2 + c * s2
-        real += 0.5 * sign * (plus + minus) * c
-        imaginary -= 0.5 * sign * (plus - minus) * s
-        if plus < 1e-18:
+        real += 0.5 * sign * (rising + falling) * c
+        imaginary -= 0.5 * sign * (rising - falling) * s
+        if rising < 1e-18:
             break
     return arctangent(imaginary, real)
 
@@ -128,20 +128,20 @@ def theta_turn(z: float, nome: float, growth: float) -> float:
 @kernel
 def theta_slope(nome: float, growth: float) -> float:
     """Slope d/dy log theta4(i y), `growth` = exp(2 y)."""
-    plus = minus = step = 1.0
+    rising = falling = step = 1.0
     sign = 1.0
-    below = 0.5
-    above = 0.0
+    denominator = 0.5
+    numerator = 0.0
     for n in range(1, TERMS + 2):
-        plus *= nome * step * growth
-        minus *= nome * step / growth
+        rising *= nome * step * growth
+        falling *= nome * step / growth
         step *= nome * nome
         sign = -sign
-        below += 0.5 * sign * (plus + minus)
-        above += sign * n * (plus - minus)
-        if plus < 1e-18:
+        denominator += 0.5 * sign * (rising + falling)
+        numerator += sign * n * (rising - falling)
+        if rising < 1e-18:
             break
-    return above / below
+    return numerator / denominator
 
 
 @inlined
@@ -150,20 +150,20 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
 
     It cannot near the separatrix and near a permanent rotation, where nothing is changed.
     """
-    pull = 0.0  # L² - 2 E I2 tells about which axis L circles
+    separatrix_distance = 0.0  # L² - 2 E I2 tells about which axis L circles
     for i in (0, 2):
-        pull += (
+        separatrix_distance += (
             moment[i]
             * (moment[i] - moment[1])
             * (state[layout.W + i] * state[layout.W + i])
         )
-    one, three, parity = (2, 0, -1.0) if pull < 0.0 else (0, 2, 1.0)
-    i1 = moment[one]
+    first_axis, circled_axis, parity = (2, 0, -1.0) if separatrix_distance < 0.0 else (0, 2, 1.0)
+    i1 = moment[first_axis]
     i2 = moment[1]
-    i3 = moment[three]
-    w1 = state[layout.W + one]
+    i3 = moment[circled_axis]
+    w1 = state[layout.W + first_axis]
     w2 = state[layout.W + 1]
-    w3 = state[layout.W + three]
+    w3 = state[layout.W + circled_axis]
     if i3 in (i1, i2):
         return False
     ratio = i1 * (i1 - i3) / (i2 * (i2 - i3))
@@ -185,11 +185,11 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     mean, z0 = arithmetic_geometric(
         math.sqrt(1.0 - m), arctangent(turning * w2 / top2, w1 / top1)
     )
-    other, y = arithmetic_geometric(math.sqrt(m), arctangent(sine, cosine))
-    nome = exponential(-math.pi * mean / other) if other > 0.0 else 0.0
+    complementary_mean, y = arithmetic_geometric(math.sqrt(m), arctangent(sine, cosine))
+    nome = exponential(-math.pi * mean / complementary_mean) if complementary_mean > 0.0 else 0.0
     if not nome < NOME:
         return False
-    growth = exponential(2.0 * y * mean / other)
+    growth = exponential(2.0 * y * mean / complementary_mean)
     z1 = z0 + mean * speed * time
     sn, cn, dn = theta_ratios(z1, nome)
     swing = (
@@ -200,48 +200,48 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     if i1 > i3:
         swing = -swing
     angle = momentum * time / i1 + swing
-    along, across = _components_of_up(state, moment, three)
-    state[layout.W + one] = top1 * cn
+    along, across = _components_of_up(state, moment, circled_axis)
+    state[layout.W + first_axis] = top1 * cn
     state[layout.W + 1] = turning * top2 * sn
-    state[layout.W + three] = top3 * dn
+    state[layout.W + circled_axis] = top3 * dn
     sine, cosine = sine_cosine(arctangent(across, along) - angle)
-    _write_up(state, moment, three, cosine, sine)
+    _write_up(state, moment, circled_axis, cosine, sine)
     return True
 
 
 @inlined
-def _components_of_up(state: Array, moment: Array, three: int) -> tuple[float, float]:
+def _components_of_up(state: Array, moment: Array, circled_axis: int) -> tuple[float, float]:
     """Components of `up` along e3 x L and along L x (e3 x L), not normalised alike."""
     momentum = products(read_vector(moment, 0), layout.spin_of(state))
-    aside = _normal_to_axis(momentum, three)
+    normal_to_axis = _normal_to_axis(momentum, circled_axis)
     up = layout.up_of(state)
     return (
-        dot(aside, up),
-        dot(cross(momentum, aside), up) / length(momentum),
+        dot(normal_to_axis, up),
+        dot(cross(momentum, normal_to_axis), up) / length(momentum),
     )
 
 
 @inlined
 def _write_up(
-    state: Array, moment: Array, three: int, along: float, across: float
+    state: Array, moment: Array, circled_axis: int, along: float, across: float
 ) -> None:
     """Set `up` in the frame of e3 x L and L x (e3 x L)."""
     momentum = products(read_vector(moment, 0), layout.spin_of(state))
-    aside = _normal_to_axis(momentum, three)
-    normal = cross(momentum, aside)
+    normal_to_axis = _normal_to_axis(momentum, circled_axis)
+    normal = cross(momentum, normal_to_axis)
     write_vector(
         state,
         layout.P,
         add(
-            divide(scale(aside, along), length(aside)),
+            divide(scale(normal_to_axis, along), length(normal_to_axis)),
             divide(scale(normal, across), length(normal)),
         ),
     )
 
 
 @inlined
-def _normal_to_axis(momentum: Vec3, three: int) -> Vec3:
+def _normal_to_axis(momentum: Vec3, circled_axis: int) -> Vec3:
     """The direction e3 x L, e3 being the first or the last axis."""
-    if three == 0:
+    if circled_axis == 0:
         return Vec3(0.0, -momentum.z, momentum.y)
     return Vec3(-momentum.y, momentum.x, 0.0)

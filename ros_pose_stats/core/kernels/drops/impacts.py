@@ -52,10 +52,10 @@ def strike_vertex(
     The impulse is -(1 + restitution) u / (1/m + a . I^-1 a) with a = r x p.
     """
     arm = cross(r, layout.up_of(state))
-    reply = quotients(arm, read_vector(moment, 0))
-    impulse = -(1.0 + restitution) * speed / dot_from(1.0, arm, reply)
+    response = quotients(arm, read_vector(moment, 0))
+    impulse = -(1.0 + restitution) * speed / dot_from(1.0, arm, response)
     state[layout.V] += impulse
-    write_vector(state, layout.W, add(layout.spin_of(state), scale(reply, impulse)))
+    write_vector(state, layout.W, add(layout.spin_of(state), scale(response, impulse)))
 
 
 @inlined
@@ -74,8 +74,8 @@ def stop_slow_vertices(
     state = work.state
     rested = work.rest_order
     moment = layout.moments_of(body)
-    motion = Velocity(state[layout.V], layout.spin_of(state))
-    most = max(rules.soft, rules.soft_share * 0.5 * _product(motion, motion, moment))
+    velocity = Velocity(state[layout.V], layout.spin_of(state))
+    largest_cost = max(rules.soft, rules.soft_share * 0.5 * _product(velocity, velocity, moment))
     rank = 0
     for i in range(work.tally[layout.VERTICES]):
         rested[i] = 0
@@ -83,20 +83,20 @@ def stop_slow_vertices(
             continue
         # The constraint as a velocity: the direction in which an impulse changes (v, w).
         arm = cross(layout.corner_of(body, work.vertices[i]), layout.up_of(state))
-        given = Velocity(1.0, quotients(arm, moment))
-        left = _orthogonal(given, work.frame, rank, moment)
-        square = _product(left, left, moment)
-        if rank == 3 or square < DEPENDENT * DEPENDENT * _product(given, given, moment):
+        constraint = Velocity(1.0, quotients(arm, moment))
+        remainder = _orthogonal(constraint, work.frame, rank, moment)
+        square = _product(remainder, remainder, moment)
+        if rank == 3 or square < DEPENDENT * DEPENDENT * _product(constraint, constraint, moment):
             rested[i] = 1
             continue
         inverse_length = 1.0 / math.sqrt(square)
-        unit = Velocity(left.rise * inverse_length, scale(left.spin, inverse_length))
-        along = _product(unit, Velocity(state[layout.V], layout.spin_of(state)), moment)
-        if 0.5 * along * along > most:
+        unit = Velocity(remainder.rise * inverse_length, scale(remainder.spin, inverse_length))
+        component = _product(unit, Velocity(state[layout.V], layout.spin_of(state)), moment)
+        if 0.5 * component * component > largest_cost:
             continue
-        state[layout.V] -= along * unit.rise
+        state[layout.V] -= component * unit.rise
         write_vector(
-            state, layout.W, subtract(layout.spin_of(state), scale(unit.spin, along))
+            state, layout.W, subtract(layout.spin_of(state), scale(unit.spin, component))
         )
         work.frame[rank, layout.RISE] = unit.rise
         write_row(work.frame, rank, layout.SPIN, unit.spin)
@@ -116,15 +116,15 @@ def _product(a: Velocity, b: Velocity, moment: Vec3) -> float:
 
 
 @inlined
-def _orthogonal(given: Velocity, frame: Array, rank: int, moment: Vec3) -> Velocity:
+def _orthogonal(velocity: Velocity, frame: Array, rank: int, moment: Vec3) -> Velocity:
     """What is left of a velocity without its components along the first rows of the frame."""
-    left = given
+    remainder = velocity
     for _ in range(2):  # twice is enough to be orthogonal to rounding
         for k in range(rank):
             unit = Velocity(frame[k, layout.RISE], read_row(frame, k, layout.SPIN))
-            along = _product(left, unit, moment)
-            left = Velocity(
-                left.rise - along * unit.rise,
-                subtract(left.spin, scale(unit.spin, along)),
+            component = _product(remainder, unit, moment)
+            remainder = Velocity(
+                remainder.rise - component * unit.rise,
+                subtract(remainder.spin, scale(unit.spin, component)),
             )
-    return left
+    return remainder

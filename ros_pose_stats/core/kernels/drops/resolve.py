@@ -78,24 +78,24 @@ def resolve_landing(
     near = work.vertices
     tally = work.tally
     tally[layout.MODE] = layout.FLIGHT
-    done = False
+    is_done = False
     while tally[layout.EVENTS] < tally[layout.LIMIT]:
         _sort_by_speed(body, work)
-        hit = 0
+        struck = 0
         speed = work.speed[0]
         if speed > AT_REST:
-            done = True
+            is_done = True
             break
         if speed >= -rules.slow:
             stop_slow_vertices(body, rules, work)
             layout.write_tape(work, tape, layout.STOP, near[0])
-            hit, speed = _fastest_vertex(body, work)
-            if hit < 0:
+            struck, speed = _fastest_vertex(body, work)
+            if struck < 0:
                 measure_loads(body, work)
                 tally[layout.MODE] = choose_contact(body, work)
-                done = True
+                is_done = True
                 break
-        j = near[hit]
+        j = near[struck]
         strike_vertex(
             state, body.moment, layout.corner_of(body, j), speed, rules.restitution
         )
@@ -104,7 +104,7 @@ def resolve_landing(
         layout.write_tape(work, tape, layout.IMPACT, j)
     _expect_landing(body, rules, work)
     layout.write_tape_contact(work, tape)
-    return done
+    return is_done
 
 
 @inlined
@@ -130,7 +130,7 @@ def _fastest_vertex(body: layout.DropBody, work: layout.Work) -> tuple[int, floa
 
     One that was too fast to be stopped, but was stopped by the others, is at rest like them.
     """
-    hit = -1
+    struck = -1
     fastest = -AT_REST
     for i in range(work.tally[layout.VERTICES]):
         if work.rest_order[i] == 0:
@@ -139,9 +139,9 @@ def _fastest_vertex(body: layout.DropBody, work: layout.Work) -> tuple[int, floa
             if abs(u) <= AT_REST:
                 work.rest_order[i] = 1
             elif u < fastest:
-                hit = i
+                struck = i
                 fastest = u
-    return hit, fastest
+    return struck, fastest
 
 
 @inlined
@@ -154,23 +154,23 @@ def _expect_landing(
     """
     state = work.state
     tally = work.tally
-    lowest = expected = math.inf
+    lowest_height = time_expected = math.inf
     for i in range(tally[layout.VERTICES]):
         j = work.vertices[i]
         height = layout.corner_height(state, body, j)
-        if height < lowest:
-            lowest = height
+        if height < lowest_height:
+            lowest_height = height
             tally[layout.LOWEST] = j
         path = _path_of_vertex(body, work, j)
         if work.rest_order[i] == 0 and path.slope > AT_REST:
-            expected = min(expected, time_to_plate(path))
+            time_expected = min(time_expected, time_to_plate(path))
         if body.neighbour.shape[0] == 0:
             continue
         for k in range(body.neighbour_start[j], body.neighbour_start[j + 1]):
             path = _path_of_vertex(body, work, body.neighbour[k])
             if path.height > rules.touching:
-                expected = min(expected, time_to_plate(path))
-    work.clock[layout.EXPECTED_LANDING] = LANDING_MARGIN * expected
+                time_expected = min(time_expected, time_to_plate(path))
+    work.clock[layout.EXPECTED_LANDING] = LANDING_MARGIN * time_expected
 
 
 @inlined
@@ -227,24 +227,24 @@ def choose_contact(body: layout.DropBody, work: layout.Work) -> int:
     active = work.support
     count = work.tally[layout.VERTICES]
     active[0] = active[1] = -1
-    most = 0.0
+    largest_fall = 0.0
     for i in range(count):
         if work.rest_order[i] == 1:
-            most = max(most, work.load[i, layout.FALL])
-    if most <= PULL:
+            largest_fall = max(largest_fall, work.load[i, layout.FALL])
+    if largest_fall <= PULL:
         return layout.FLIGHT
-    still = _is_still_on_three(work)
+    is_still = _is_still_on_three(work)
     for i in range(count):
         if work.rest_order[i] == 0 or work.load[i, layout.FALL] <= PULL:
             continue
-        mode = _try_vertex(body, work, i, still)
+        mode = _try_vertex(body, work, i, is_still)
         if mode != layout.FLIGHT:
             return mode
     for i in range(count):
         for k in range(i + 1, count):
             if work.rest_order[i] == 0 or work.rest_order[k] == 0:
                 continue
-            mode = _try_edge(body, work, i, k, still)
+            mode = _try_edge(body, work, i, k, is_still)
             if mode != layout.FLIGHT:
                 return mode
     active[0] = active[1] = -1
@@ -252,16 +252,16 @@ def choose_contact(body: layout.DropBody, work: layout.Work) -> int:
 
 
 @inlined
-def _try_vertex(body: layout.DropBody, work: layout.Work, i: int, still: bool) -> int:
+def _try_vertex(body: layout.DropBody, work: layout.Work, i: int, is_still: bool) -> int:
     """Mode if one vertex carries the body, `FLIGHT` if it does not."""
     arm = read_row(work.load, i, layout.ARM)
     fall = work.load[i, layout.FALL]
-    reply = quotients(arm, layout.moments_of(body))
-    force = fall / dot_from(1.0, arm, reply)
-    turning = scale(reply, force)
+    response = quotients(arm, layout.moments_of(body))
+    force = fall / dot_from(1.0, arm, response)
+    turning = scale(response, force)
     if not _carries(work, i, i, force, turning):
         return layout.FLIGHT
-    if still and not _lifts(work, force, turning):
+    if is_still and not _lifts(work, force, turning):
         return layout.FACE
     work.support[0] = work.vertices[i]
     _write_contact(body, work)
@@ -270,7 +270,7 @@ def _try_vertex(body: layout.DropBody, work: layout.Work, i: int, still: bool) -
 
 @inlined
 def _try_edge(
-    body: layout.DropBody, work: layout.Work, i: int, k: int, still: bool
+    body: layout.DropBody, work: layout.Work, i: int, k: int, is_still: bool
 ) -> int:
     """Mode if two vertices carry the body by forces that push, `FLIGHT` if they do not.
 
@@ -286,17 +286,17 @@ def _try_edge(
     m12 = _response(0.0, a, c, m)
     m22 = _response(0.0, c, c, m)
     fall = work.load[i, layout.FALL]
-    turn = (work.load[k, layout.FALL] - fall) / size
+    fall_difference = (work.load[k, layout.FALL] - fall) / size
     share = 1.0 / (m11 * m22 - m12 * m12)
-    force = share * (m22 * fall - m12 * turn)
-    torque = share * (m11 * turn - m12 * fall)
-    far = torque / size
-    if far < -PULL or force - far < -PULL or not math.isfinite(far):
+    force = share * (m22 * fall - m12 * fall_difference)
+    torque = share * (m11 * fall_difference - m12 * fall)
+    far_force = torque / size
+    if far_force < -PULL or force - far_force < -PULL or not math.isfinite(far_force):
         return layout.FLIGHT
     turning = quotients(add(scale(a, force), scale(c, torque)), m)
     if not _carries(work, i, k, force, turning):
         return layout.FLIGHT
-    if still and not _lifts(work, force, turning):
+    if is_still and not _lifts(work, force, turning):
         return layout.FACE
     return layout.EDGE
 
@@ -357,32 +357,32 @@ def _is_still_on_three(work: layout.Work) -> bool:
         or state[layout.W + 2] != 0.0
     ):
         return False
-    held = 0
+    count = 0
     for i in range(work.tally[layout.VERTICES]):
-        held += work.rest_order[i]
-    return held >= 3
+        count += work.rest_order[i]
+    return count >= 3
 
 
 @inlined
 def _write_contact(body: layout.DropBody, work: layout.Work) -> None:
     """Note vertex, direction and length of the contact."""
     contact = work.contact
-    far = work.support[1]
+    second_vertex = work.support[1]
     corner = layout.corner_of(body, work.support[0])
     write_vector(contact, layout.CORNER, corner)
     write_vector(contact, layout.DIRECTION, Vec3(0.0, 0.0, 0.0))
     contact[layout.LENGTH] = 1.0
-    if far >= 0:
-        edge = subtract(layout.corner_of(body, far), corner)
+    if second_vertex >= 0:
+        edge = subtract(layout.corner_of(body, second_vertex), corner)
         size = length(edge)
         write_vector(contact, layout.DIRECTION, divide(edge, size))
         contact[layout.LENGTH] = size
 
 
 @inlined
-def release_vertex(body: layout.DropBody, work: layout.Work, which: int) -> int:
+def release_vertex(body: layout.DropBody, work: layout.Work, position: int) -> int:
     """Release one of the vertices in contact; return the mode that is left."""
-    if which == 0:
+    if position == 0:
         work.support[0] = work.support[1]
     work.support[1] = -1
     if work.support[0] < 0:

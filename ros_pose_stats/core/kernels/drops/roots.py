@@ -24,29 +24,29 @@ NEWTON_STEP = 1e-10
 
 
 @inlined
-def first_zero(c: Array, first: int, last: int, upto: float, d: Array) -> float:
+def first_zero(c: Array, first: int, last: int, limit: float, local: Array) -> float:
     """Smallest x in (0, upto] where the sum of c[k] x^(k - first) comes down to zero.
 
-    The polynomial starts above zero, or at zero and falls, which gives a zero at once. `d`
+    The polynomial starts above zero, or at zero and falls, which gives a zero at once. `local`
     is scratch.
 
     Returns infinity if it stays positive.
     """
     begin = 0.0
-    length = upto
+    length = limit
     n = last - first
-    while begin < upto:
-        _shift_polynomial(c, first, n, begin, length, d)
-        kind = _classify_polynomial(d, n)
+    while begin < limit:
+        _shift_polynomial(c, first, n, begin, length, local)
+        kind = _classify_polynomial(local, n)
         if kind == UNDECIDED and length > SHORTEST_STRETCH:
             length *= 0.5
             continue
         if kind != NO_ZERO:
-            x = _newton_zero(d, n, kind)
+            x = _newton_zero(local, n, kind)
             if x <= 1.0:
                 return begin + length * x
         begin += length
-        length = upto - begin
+        length = limit - begin
     return NEVER
 
 
@@ -109,14 +109,14 @@ def _newton_zero(d: Array, n: int, kind: int) -> float:
             high = x
         if kind in (CONVEX, UNDECIDED) and value > 0.0 and slope >= 0.0:
             return NEVER
-        ahead = x - value / slope if slope != 0.0 else 0.5 * (low + high)
-        if kind == CONVEX and ahead > 1.0:
+        next_x = x - value / slope if slope != 0.0 else 0.5 * (low + high)
+        if kind == CONVEX and next_x > 1.0:
             return NEVER
-        if not low <= ahead <= high:
-            ahead = 0.5 * (low + high)
-        if abs(ahead - x) <= NEWTON_STEP * ahead:  # the next error is about its square
-            return float(ahead)
-        x = ahead
+        if not low <= next_x <= high:
+            next_x = 0.5 * (low + high)
+        if abs(next_x - x) <= NEWTON_STEP * next_x:  # the next error is about its square
+            return float(next_x)
+        x = next_x
     return float(x)
 
 

@@ -54,7 +54,7 @@ def free_series(
     coupling = layout.coupling_of(moment)
     begin_series(state, step, series)
     last = layout.ORDER
-    before = 1.0
+    previous_size = 1.0
     for k in range(layout.ORDER):
         spins, tilt = turning_products(series, k)
         share = 1.0 / (k + 1)
@@ -62,10 +62,10 @@ def free_series(
         write_row(series, k + 1, layout.PS, scale(tilt, share))
         series[k + 1, layout.ZS] = 0.0
         size = max(abs(tilt.x), abs(tilt.y), abs(tilt.z)) * share
-        if max(size, before) < truncation:
+        if max(size, previous_size) < truncation:
             last = k + 1
             break
-        before = size
+        previous_size = size
     series[1, layout.ZS] = step * state[layout.V]
     series[2, layout.ZS] = -0.5 * step * step
     return last
@@ -151,7 +151,7 @@ def sliding_series(
         (moment[0] - moment[1]) * inverse.z,
     )
     last = layout.ORDER
-    before = 1.0
+    previous_size = 1.0
     inverse_determinant = 0.0
     for k in range(layout.ORDER):
         _write_reaches(series, k, r, e, inverse)
@@ -175,10 +175,10 @@ def sliding_series(
         size = max(
             abs(up.x), abs(up.y), abs(up.z), abs(spin.x), abs(spin.y), abs(spin.z)
         )
-        if max(size, before) < truncation:
+        if max(size, previous_size) < truncation:
             last = k + 1
             break
-        before = size
+        previous_size = size
     series[last, layout.FORCE] = series[last, layout.TORQUE] = 0.0
     return last
 
@@ -242,10 +242,10 @@ def _write_forces(
                 + series[i, layout.TORQUE] * series[j, M22]
             )
     if edge:
-        known = force
-        force = inverse_determinant * (series[0, M22] * known - series[0, M12] * torque)
+        undetermined = force
+        force = inverse_determinant * (series[0, M22] * undetermined - series[0, M12] * torque)
         torque = inverse_determinant * (
-            series[0, M11] * torque - series[0, M12] * known
+            series[0, M11] * torque - series[0, M12] * undetermined
         )
     else:
         force *= inverse_determinant
@@ -254,7 +254,7 @@ def _write_forces(
 
 
 @inlined
-def _fall(series: Array, k: int, start: float, reach: int, place: Vec3) -> float:
+def _fall(series: Array, k: int, start: float, reach: int, point: Vec3) -> float:
     """A number, plus row k of what lowers a place without the contact's forces.
 
     That is -((p x w) x w) . place - I^-1 (I w) x w . (place x p); the columns from `reach` on
@@ -264,22 +264,22 @@ def _fall(series: Array, k: int, start: float, reach: int, place: Vec3) -> float
     for i in range(np.uint64(k + 1)):
         j = np.uint64(k) - i
         fall -= dot(read_row(series, i, reach), read_row(series, j, G))
-        fall -= series[i, PW] * dot(place, read_row(series, j, layout.WS))
-        fall += series[i, WW] * dot(place, read_row(series, j, layout.PS))
+        fall -= series[i, PW] * dot(point, read_row(series, j, layout.WS))
+        fall += series[i, WW] * dot(point, read_row(series, j, layout.PS))
     return fall
 
 
 @inlined
 def _acceleration(series: Array, k: int) -> Vec3:
     """Row k of the angular acceleration, by the body's own turning and by the forces."""
-    turning = read_row(series, k, G)
+    acceleration = read_row(series, k, G)
     for i in range(np.uint64(k + 1)):
         j = np.uint64(k) - i
-        turning = add(
-            turning,
+        acceleration = add(
+            acceleration,
             add(
                 scale(read_row(series, j, IA), series[i, layout.FORCE]),
                 scale(read_row(series, j, IC), series[i, layout.TORQUE]),
             ),
         )
-    return turning
+    return acceleration

@@ -31,61 +31,61 @@ def corner_crowding(points: Fixed2, body: BodyArrays, reaches: Fixed1) -> Array:
     `reaches` (n,) rise. Returns (n,): from one over the number of equal corners far apart, to 1.
     """
     share = corner_shares(points, body)
-    there = np.flatnonzero(share)
+    corners = np.flatnonzero(share)
     cells = 1
-    if there.shape[0] > PAIRS_LIMIT:
+    if corners.shape[0] > PAIRS_LIMIT:
         cells = max(1, int(2.0 * CELLS / reaches[-1]))
-    order, cell, start = _sort_into_cells(points[there], cells)
-    share = share[there][order]
-    place = points[there][order]
-    found = np.zeros(reaches.shape[0])
+    order, cell, start = _sort_into_cells(points[corners], cells)
+    share = share[corners][order]
+    position = points[corners][order]
+    sums = np.zeros(reaches.shape[0])
     side = 2.0 / cells
-    span = int(reaches[-1] / side) + 1
+    reach_cells = int(reaches[-1] / side) + 1
     for i in range(order.shape[0]):
-        found += share[i] * share[i]
+        sums += share[i] * share[i]
         # Cells before this one hold points before i, whose pairs are counted.
-        for x in range(cell[i, 0], min(cell[i, 0] + span, cells - 1) + 1):
-            low = max(cell[i, 1] - span, 0)
-            high = min(cell[i, 1] + span, cells - 1)
+        for x in range(cell[i, 0], min(cell[i, 0] + reach_cells, cells - 1) + 1):
+            low = max(cell[i, 1] - reach_cells, 0)
+            high = min(cell[i, 1] + reach_cells, cells - 1)
             for y in range(low, high + 1):
                 row = (x * cells + y) * cells
-                begin = start[row + max(cell[i, 2] - span, 0)]
-                end = start[row + min(cell[i, 2] + span, cells - 1) + 1]
-                _add_pairs(found, i, max(begin, i + 1), end, share, place, reaches)
-    return found
+                begin = start[row + max(cell[i, 2] - reach_cells, 0)]
+                end = start[row + min(cell[i, 2] + reach_cells, cells - 1) + 1]
+                _add_pairs(sums, i, max(begin, i + 1), end, share, position, reaches)
+    return sums
 
 
 @kernel
 def _add_pairs(
-    found: Array,
+    sums: Array,
     i: int,
     begin: int,
     end: int,
     share: Array,
-    place: Array,
+    position: Array,
     reaches: Array,
 ) -> None:
     """Add the pairs of point i and those from `begin` to before `end`, twice each."""
     farthest = reaches[-1] * reaches[-1]
     for j in range(begin, end):
-        apart = subtract(point_at(place, i), point_at(place, j))
-        square = dot(apart, apart)
+        offset = subtract(point_at(position, i), point_at(position, j))
+        square = dot(offset, offset)
         if square < farthest:
             for n in range(reaches.shape[0]):
-                near = max(1.0 - square / (reaches[n] * reaches[n]), 0.0)
-                found[n] += 2.0 * share[i] * share[j] * near * near
+                closeness = max(1.0 - square / (reaches[n] * reaches[n]), 0.0)
+                sums[n] += 2.0 * share[i] * share[j] * closeness * closeness
 
 
 @kernel
-def _sort_into_cells(place: Array, cells: int) -> tuple[Index, Index, Index]:
+def _sort_into_cells(position: Array, cells: int) -> tuple[Index, Index, Index]:
     """Order, cells and first point of each cell of points in a grid over [-1, 1]^3, z fastest."""
-    cell = np.empty(place.shape, np.int64)
-    key = np.empty(place.shape[0], np.int64)
+    cell = np.empty(position.shape, np.int64)
+    key = np.empty(position.shape[0], np.int64)
     start = np.zeros(cells**3 + 1, np.int64)
-    for i in range(place.shape[0]):
+    for i in range(position.shape[0]):
         for axis in range(3):
-            along = int(0.5 * cells * (place[i, axis] + 1.0))
-            cell[i, axis] = min(max(along, 0), cells - 1)
+            index = int(0.5 * cells * (position[i, axis] + 1.0))
+            cell[i, axis] = min(max(index, 0), cells - 1)
         key[i] = (cell[i, 0] * cells + cell[i, 1]) * cells + cell[i, 2]
         start[key[i] + 1] += 1
     for k in range(start.shape[0] - 1):
@@ -100,11 +100,11 @@ def corner_shares(points: Array, body: BodyArrays) -> Array:
     share = np.zeros(points.shape[0])
     for k in range(body.corner.shape[0]):
         side = body.next_side[k]
-        at = body.corner[side]
-        here = point_at(points, at)
-        a = subtract(point_at(points, body.corner[k]), here)
-        b = subtract(point_at(points, body.corner[body.next_side[side]]), here)
-        share[at] += math.atan2(length(cross(a, b)), dot(a, b))
+        corner = body.corner[side]
+        apex = point_at(points, corner)
+        a = subtract(point_at(points, body.corner[k]), apex)
+        b = subtract(point_at(points, body.corner[body.next_side[side]]), apex)
+        share[corner] += math.atan2(length(cross(a, b)), dot(a, b))
     for v in range(share.shape[0]):
         if share[v] > 0.0:
             share[v] = max(0.5 - share[v] / (4.0 * math.pi), 0.0)

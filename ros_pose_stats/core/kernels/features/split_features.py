@@ -70,12 +70,12 @@ SHORTEST_ARCS = 1e-9
 def write_features(row: Array, measures: Array, level: float, lowest: float) -> None:
     """Turn additive measures of a component into the features above, but for those joined soon."""
     area = max(measures[AREA], 0.0) / (4.0 * math.pi)
-    around = max(measures[AREA_R], 0.0) / (4.0 * math.pi)
-    root = math.sqrt(area + SMALLEST_SHARE)
+    area_R = max(measures[AREA_R], 0.0) / (4.0 * math.pi)
+    root_of_area = math.sqrt(area + SMALLEST_SHARE)
     row[LOG_AREA] = math.log(area + SMALLEST_SHARE)
-    row[SHARE_R] = min(around / (area + SMALLEST_SHARE), 1.0)
+    row[SHARE_R] = min(area_R / (area + SMALLEST_SHARE), 1.0)
     row[LOG_SHARE_R] = max(
-        math.log(around + SMALLEST_SHARE) - row[LOG_AREA], LEAST_LOG_SHARE
+        math.log(area_R + SMALLEST_SHARE) - row[LOG_AREA], LEAST_LOG_SHARE
     )
     row[DEPTH] = (level - lowest) / level
     row[LEVEL] = level
@@ -85,33 +85,33 @@ def write_features(row: Array, measures: Array, level: float, lowest: float) -> 
         math.log(measures[HOLDING_AREA] / (4.0 * math.pi) + SMALLEST_SHARE),
         LEAST_LOG_HELD,
     )
-    row[LOG_ROLLED] = math.log(max(measures[ROLLED], SHORTEST_ARCS) / root)
-    row[LOG_SWEPT] = math.log(max(measures[SWEPT], SHORTEST_ARCS) / root)
+    row[LOG_ROLLED] = math.log(max(measures[ROLLED], SHORTEST_ARCS) / root_of_area)
+    row[LOG_SWEPT] = math.log(max(measures[SWEPT], SHORTEST_ARCS) / root_of_area)
     row[LOG_DEPTH] = math.log(row[DEPTH] + SHALLOWEST_DEPTH)
 
 
 @kernel
 def write_joined_measure(
-    found: Array, tree: MergeTree, wanted: Flags, of: int, rise: float, column: int
+    features: Array, tree: MergeTree, is_split: Flags, log_measure: int, rise: float, column: int
 ) -> None:
     """Log of a measure with that of all that joins here or soon after, over the component's own.
 
     What joins higher up counts the less the higher, over the `rise`. Where joins tie, it is the
-    same in any order. `of`: feature that is the logarithm of the measure.
+    same in any order. `log_measure`: feature that is the logarithm of the measure.
     """
     joins = tree.level.shape[0]
-    later = np.zeros(joins)
+    joined_measure = np.zeros(joins)
     for j in range(joins - 1, -1, -1):
-        if not wanted[j]:
+        if not is_split[j]:
             continue
-        found[j, 2, column] = math.log1p(later[j] / math.exp(found[j, 2, of]))
+        features[j, 2, column] = math.log1p(joined_measure[j] / math.exp(features[j, 2, log_measure]))
         for c in range(2):
-            added = math.exp(found[j, 1 - c, of]) + later[j]
-            found[j, c, column] = math.log1p(added / math.exp(found[j, c, of]))
-            below = tree.child[j, c] - joins - 1
-            if below >= 0:
-                later[below] = (
-                    math.exp((tree.level[below] - tree.level[j]) / rise) * added
+            joined_total = math.exp(features[j, 1 - c, log_measure]) + joined_measure[j]
+            features[j, c, column] = math.log1p(joined_total / math.exp(features[j, c, log_measure]))
+            lower_join = tree.child[j, c] - joins - 1
+            if lower_join >= 0:
+                joined_measure[lower_join] = (
+                    math.exp((tree.level[lower_join] - tree.level[j]) / rise) * joined_total
                 )
 
 
@@ -131,25 +131,25 @@ def holding_faces(
         f = body.face[k]
         tilt[f] = max(tilt[f], math.atan2(-body.inset[k], body.distance[f]))
     mean = (inertia[0, 0] + inertia[1, 1] + inertia[2, 2]) / 3.0
-    held = np.zeros(faces + 1)
+    holding = np.zeros(faces + 1)
     lever = np.zeros(faces + 1)
     for i in range(faces):
         f = tree.face_order[i]
-        about = 0.0
+        moment = 0.0
         for x in range(3):
             for y in range(3):
-                about += body.normal[f, x] * inertia[x, y] * body.normal[f, y]
-        together = dot(
+                moment += body.normal[f, x] * inertia[x, y] * body.normal[f, y]
+        cosine = dot(
             point_at(body.normal, f), point_at(body.normal, stable[basin[f]])
         )
-        apart = math.acos(min(max(together, -1.0), 1.0))
+        angle = math.acos(min(max(cosine, -1.0), 1.0))
         share = max(
             max(0.0, 1.0 - tilt[f] / OUTSIDE_TILT) ** 2,
-            max(0.0, 1.0 - apart / SAME_FACE_ANGLE) ** 2,
+            max(0.0, 1.0 - angle / SAME_FACE_ANGLE) ** 2,
         )
-        held[i + 1] = held[i] + share * body.angle[f]
-        lever[i + 1] = lever[i] + share * body.angle[f] * math.log(about / mean)
-    return held, lever
+        holding[i + 1] = holding[i] + share * body.angle[f]
+        lever[i + 1] = lever[i] + share * body.angle[f] * math.log(moment / mean)
+    return holding, lever
 
 
 @kernel
@@ -182,29 +182,29 @@ def split_features(
     stable: FixedIndex1,
     basin: FixedIndex1,
     tree: MergeTree,
-    wanted: FixedFlags1,
+    is_split: FixedFlags1,
     areas_r: Fixed2,
     areas_R: Fixed2,
     inertia: Fixed2,
 ) -> Array:
     """Features (S - 1, 3, FEATURES) of the components of every split, the whole last.
 
-    `wanted`: joins that are splits between poses, the others have 0; `areas_r, areas_R`: as from
+    `is_split`: joins that are splits between poses, the others have 0; `areas_r, areas_R`: as from
     `split_probabilities`; `inertia`: over the mass and the squared radius.
     """
     joins = tree.level.shape[0]
-    found = np.zeros((joins, 3, FEATURES))
-    if not wanted.any():
-        return found
+    features = np.zeros((joins, 3, FEATURES))
+    if not is_split.any():
+        return features
     inverse = inverse_of(inertia)
     arcs = make_arcs(points, body, inertia, inverse)
-    held, lever = holding_faces(body, stable, basin, tree, inertia)
+    holding, lever = holding_faces(body, stable, basin, tree, inertia)
     lowest = lowest_faces(body, stable, tree)
-    lists = _list_arcs(body, tree, wanted, arcs)
+    lists = _list_arcs(body, tree, is_split, arcs)
     sums = np.zeros((2, MEASURES))
     arc = np.zeros(SUMS)
     for j in range(joins):
-        if not wanted[j]:
+        if not is_split[j]:
             continue
         level = tree.level[j]
         whole = joins + 1 + j
@@ -213,7 +213,7 @@ def split_features(
             begin, end = faces_of(tree, node)
             sums[c, AREA] = areas_r[j, c]
             sums[c, AREA_R] = areas_R[j, c]
-            sums[c, HOLDING_AREA] = held[end] - held[begin]
+            sums[c, HOLDING_AREA] = holding[end] - holding[begin]
             sums[c, LEVER] = lever[end] - lever[begin]
             arc[:] = 0.0
             _add_unfinished_arcs(
@@ -222,20 +222,20 @@ def split_features(
             arc += lists.finished[node]
             sums[c, SWEPT] = arc[OVER_ANGLE]
             sums[c, ROLLED] = arc[OVER_LENGTH]
-            write_features(found[j, c], sums[c], level, lowest[node])
+            write_features(features[j, c], sums[c], level, lowest[node])
             _append_list(lists, node, whole)
         sums[0] += sums[1]
-        write_features(found[j, 2], sums[0], level, lowest[whole])
-    write_joined_measure(found, tree, wanted, LOG_AREA, SHORT_RISE, AREA_NEAR)
-    write_joined_measure(found, tree, wanted, LOG_AREA, LONG_RISE, AREA_FAR)
-    write_joined_measure(found, tree, wanted, LOG_HELD, SHORT_RISE, HELD_NEAR)
-    write_joined_measure(found, tree, wanted, LOG_HELD, LONG_RISE, HELD_FAR)
-    return found
+        write_features(features[j, 2], sums[0], level, lowest[whole])
+    write_joined_measure(features, tree, is_split, LOG_AREA, SHORT_RISE, AREA_NEAR)
+    write_joined_measure(features, tree, is_split, LOG_AREA, LONG_RISE, AREA_FAR)
+    write_joined_measure(features, tree, is_split, LOG_HELD, SHORT_RISE, HELD_NEAR)
+    write_joined_measure(features, tree, is_split, LOG_HELD, LONG_RISE, HELD_FAR)
+    return features
 
 
 @kernel
 def _list_arcs(
-    body: BodyArrays, tree: MergeTree, wanted: Flags, arcs: Arcs
+    body: BodyArrays, tree: MergeTree, is_split: Flags, arcs: Arcs
 ) -> ArcLists:
     """The arcs of each pose."""
     joins = tree.level.shape[0]
@@ -249,7 +249,7 @@ def _list_arcs(
     for j in range(joins):
         for c in range(2):
             node = tree.child[j, c]
-            if not wanted[j] or (node > joins and wanted[node - joins - 1]):
+            if not is_split[j] or (node > joins and is_split[node - joins - 1]):
                 continue
             begin, end = faces_of(tree, node)
             for i in range(begin, end):
@@ -278,25 +278,25 @@ def _add_unfinished_arcs(
     inverse: Array,
 ) -> None:
     """Add sums (SUMS,) of what the level has reached of the arcs, passed ones out."""
-    before = -1
+    previous = -1
     k = lists.head[node]
     while k >= 0:
-        onward = lists.next_arc[k]
+        following = lists.next_arc[k]
         if level >= arcs.top[k]:
             for i in range(SUMS):
                 lists.finished[node, i] += arcs.sums[k, i]
-            if before < 0:
-                lists.head[node] = onward
+            if previous < 0:
+                lists.head[node] = following
             else:
-                lists.next_arc[before] = onward
-            if onward < 0:
-                lists.tail[node] = before
+                lists.next_arc[previous] = following
+            if following < 0:
+                lists.tail[node] = previous
         else:
             if level > arcs.bottom[k]:
-                cut = max(arcs.begin[k], math.acos(min(level / body.reach[k], 1.0)))
-                add_arc(arc, k, cut, points, body, arcs, inertia, inverse)
-            before = k
-        k = onward
+                begin = max(arcs.begin[k], math.acos(min(level / body.reach[k], 1.0)))
+                add_arc(arc, k, begin, points, body, arcs, inertia, inverse)
+            previous = k
+        k = following
 
 
 @inlined

@@ -83,8 +83,8 @@ def _order_regions(sums: Array) -> Array:
 @kernel
 def _find_corners(triangles: Index, region: Index, sums: Array, points: int) -> Index:
     """Vertices that touch at least three regions of `SMALLEST` area or more."""
-    touched = np.full((points, 2), -1, np.int64)
-    corner = np.zeros(points, np.bool_)
+    touched_regions = np.full((points, 2), -1, np.int64)
+    is_corner = np.zeros(points, np.bool_)
     count = 0
     for t in range(triangles.shape[0]):
         g = region[t]
@@ -92,25 +92,25 @@ def _find_corners(triangles: Index, region: Index, sums: Array, points: int) -> 
             continue
         for i in range(3):
             v = triangles[t, i]
-            if _meets_third(touched, v, g) and not corner[v]:
-                corner[v] = True
+            if _meets_third(touched_regions, v, g) and not is_corner[v]:
+                is_corner[v] = True
                 count += 1
-    found = np.empty(count, np.int64)
-    place = 0
+    corners = np.empty(count, np.int64)
+    position = 0
     for v in range(points):
-        if corner[v]:
-            found[place] = v
-            place += 1
-    return found
+        if is_corner[v]:
+            corners[position] = v
+            position += 1
+    return corners
 
 
 @inlined
-def _meets_third(touched: Index, v: int, g: int) -> bool:
+def _meets_third(touched_regions: Index, v: int, g: int) -> bool:
     """Note the first two regions that a vertex touches; tell whether this is another one."""
     for k in range(2):
-        if touched[v, k] < 0:
-            touched[v, k] = g
-        if touched[v, k] == g:
+        if touched_regions[v, k] < 0:
+            touched_regions[v, k] = g
+        if touched_regions[v, k] == g:
             return False
     return True
 
@@ -205,11 +205,11 @@ def _write_monomials(a: Vec3, terms: Array) -> None:
     terms[0] = 1.0
     for degree in range(1, 5):
         lower = _DEGREE[degree - 1]
-        here = _DEGREE[degree]
-        count = here - lower
+        begin = _DEGREE[degree]
+        count = begin - lower
         for m in range(count):
-            terms[here + m] = a.x * terms[lower + m]
+            terms[begin + m] = a.x * terms[lower + m]
         # The last `degree` of the lower ones are free of x, the very last of y too.
         for m in range(degree):
-            terms[here + count + m] = a.y * terms[here - degree + m]
-        terms[here + count + degree] = a.z * terms[here - 1]
+            terms[begin + count + m] = a.y * terms[begin - degree + m]
+        terms[begin + count + degree] = a.z * terms[begin - 1]

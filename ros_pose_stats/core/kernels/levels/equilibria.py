@@ -40,12 +40,12 @@ class EquilibriumArrays(NamedTuple):
 @entry_kernel
 def find_equilibria(points: Fixed2, body: BodyArrays) -> EquilibriumArrays:
     """Find the equilibria of a convex body of radius 1 (sections 2.C, 4.B and 4.D)."""
-    beyond = neighbour_faces(body)
-    parent = descend_faces(body, beyond)
-    while sink_unbarred_faces(body, beyond, parent):
+    neighbour = neighbour_faces(body)
+    parent = descend_faces(body, neighbour)
+    while sink_unbarred_faces(body, neighbour, parent):
         pass
     stable, basin = basins(parent)
-    target, share = toppling_graph(points, body, beyond, parent)
+    target, share = toppling_graph(points, body, neighbour, parent)
     toppled = settle_probabilities(body.angle / body.angle.sum(), target, share)
     return EquilibriumArrays(
         stable, basin, target, share, toppled, merge_tree(body, stable, basin)
@@ -60,7 +60,7 @@ def settle_on_stable(initial: Fixed1, target: FixedIndex2, share: Fixed2) -> Arr
 
 @kernel
 def toppling_graph(
-    points: Array, body: BodyArrays, beyond: Index, parent: Index
+    points: Array, body: BodyArrays, neighbour: Index, parent: Index
 ) -> tuple[Index, Array]:
     """Targets and shares of the toppling graph of the quasi-static estimator (section 4.B).
 
@@ -74,7 +74,7 @@ def toppling_graph(
     for f in range(faces):
         if parent[f] == f:
             continue
-        _write_pierced_sides(points, body, beyond, f, target)
+        _write_pierced_sides(points, body, neighbour, f, target)
         if target[f, 0] < 0:
             target[f, 0] = stable_face_below(parent, f)
         if target[f, 1] < 0:
@@ -86,7 +86,7 @@ def toppling_graph(
 
 @inlined
 def _write_pierced_sides(
-    points: Array, body: BodyArrays, beyond: Index, f: int, target: Index
+    points: Array, body: BodyArrays, neighbour: Index, f: int, target: Index
 ) -> None:
     """Find the side that the segment from centroid to foot leaves through."""
     corner = body.corner
@@ -96,44 +96,44 @@ def _write_pierced_sides(
     end = body.face_start[f + 1]
     normal = point_at(body.normal, f)
     centroid = polygon_centroid(points, corner, begin, end, normal)
-    first = math.inf
+    first_crossing = math.inf
     exit_side = -1
     for k in range(begin, end):
         if inset[k] > TIP_MARGIN:
             continue
         w = corner[k + 1 if k + 1 < end else begin]
-        inside = _inset_of(
+        centroid_inset = _inset_of(
             centroid, normal, point_at(points, corner[k]), point_at(points, w)
         )
-        if inside <= inset[k]:
+        if centroid_inset <= inset[k]:
             continue
-        crossing = inside / (inside - inset[k])
-        if crossing < first and is_lower(distance, beyond[k], f):
-            first = crossing
+        crossing = centroid_inset / (centroid_inset - inset[k])
+        if crossing < first_crossing and is_lower(distance, neighbour[k], f):
+            first_crossing = crossing
             exit_side = k
     if exit_side < 0:
         return
-    target[f, 0] = beyond[exit_side]
-    after = exit_side + 1 if exit_side + 1 < end else begin
-    before = exit_side - 1 if exit_side > begin else end - 1
+    target[f, 0] = neighbour[exit_side]
+    next_side = exit_side + 1 if exit_side + 1 < end else begin
+    previous_side = exit_side - 1 if exit_side > begin else end - 1
     to_foot = subtract(scale(normal, distance[f]), centroid)
-    at_end = subtract(point_at(points, corner[after]), centroid)
+    at_end = subtract(point_at(points, corner[next_side]), centroid)
     at_start = subtract(point_at(points, corner[exit_side]), centroid)
     if _line_distance(at_end, to_foot, normal) < SAME_EDGE:
-        beside = after
+        shared_side = next_side
     elif _line_distance(at_start, to_foot, normal) < SAME_EDGE:
-        beside = before
+        shared_side = previous_side
     else:
         return
-    other = beyond[beside]
-    if is_lower(distance, other, f):
-        target[f, 1] = other
+    second_face = neighbour[shared_side]
+    if is_lower(distance, second_face, f):
+        target[f, 1] = second_face
 
 
 @inlined
-def _line_distance(place: Vec3, line: Vec3, normal: Vec3) -> float:
+def _line_distance(point: Vec3, line: Vec3, normal: Vec3) -> float:
     """Distance of a place in a plane from the line through the origin there."""
-    return abs(dot(normal, cross(line, place))) / length(line)
+    return abs(dot(normal, cross(line, point))) / length(line)
 
 
 @inlined
@@ -154,10 +154,10 @@ def polygon_centroid(
 
 
 @inlined
-def _inset_of(place: Vec3, normal: Vec3, v: Vec3, w: Vec3) -> float:
+def _inset_of(point: Vec3, normal: Vec3, v: Vec3, w: Vec3) -> float:
     """Distance of a place on a face from its side from v to w, inside positive."""
     side = subtract(w, v)
-    return dot(subtract(place, v), cross(normal, side)) / length(side)
+    return dot(subtract(point, v), cross(normal, side)) / length(side)
 
 
 @kernel
@@ -165,15 +165,15 @@ def settle_probabilities(initial: Array, target: Index, share: Array) -> Array:
     """Carry initial probabilities (F,) of all faces down the toppling graph."""
     faces = initial.shape[0]
     mass = initial.copy()
-    waiting = np.zeros(faces, np.int64)
+    giver_count = np.zeros(faces, np.int64)
     for f in range(faces):
         for j in range(2):
             if target[f, j] >= 0:
-                waiting[target[f, j]] += 1
+                giver_count[target[f, j]] += 1
     ready = np.empty(faces, np.int64)
     size = 0
     for f in range(faces):
-        if waiting[f] == 0:
+        if giver_count[f] == 0:
             ready[size] = f
             size += 1
     while size > 0:
@@ -185,8 +185,8 @@ def settle_probabilities(initial: Array, target: Index, share: Array) -> Array:
             g = target[f, j]
             if g >= 0:
                 mass[g] += share[f, j] * mass[f]
-                waiting[g] -= 1
-                if waiting[g] == 0:
+                giver_count[g] -= 1
+                if giver_count[g] == 0:
                     ready[size] = g
                     size += 1
         mass[f] = 0.0

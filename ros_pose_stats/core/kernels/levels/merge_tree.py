@@ -64,21 +64,21 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
     sides, levels = basin_borders(body, basin)
     child = np.full((max(leaves - 1, 0), 2), -1, np.int64)
     level = np.zeros(max(leaves - 1, 0))
-    where = np.full(max(leaves - 1, 0), -1, np.int64)
+    join_side = np.full(max(leaves - 1, 0), -1, np.int64)
     link = np.arange(leaves)
     node = np.arange(leaves)
     bottom = body.distance[stable]
     order = stable_order(levels)
-    tie = 0
+    tie_end = 0
     joins = 0
-    for place in range(order.shape[0]):
+    for position in range(order.shape[0]):
         if joins == leaves - 1:
             break
-        if place == tie:
-            tie = _put_shallow_first(
-                body, basin, sides, levels, link, bottom, order, place
+        if position == tie_end:
+            tie_end = _put_shallow_first(
+                body, basin, sides, levels, link, bottom, order, position
             )
-        i = order[place]
+        i = order[position]
         k = sides[i]
         a = find_representative(link, basin[body.face[k]])
         b = find_representative(link, basin[body.face[body.twin[k]]])
@@ -88,7 +88,7 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
         child[joins, 1] = node[b]
         # Among ties a later one may lie lower by rounding; what follows searches rising levels.
         level[joins] = max(levels[i], level[joins - 1]) if joins > 0 else levels[i]
-        where[joins] = k
+        join_side[joins] = k
         link[b] = a
         bottom[a] = min(bottom[a], bottom[b])
         node[a] = leaves + joins
@@ -96,7 +96,7 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
     leaf_order, leaf_range = _order_leaves(child, leaves)
     face_order, face_range = _gather_faces(basin, leaf_order)
     return MergeTree(
-        child, level, where, leaf_order, leaf_range, face_order, face_range
+        child, level, join_side, leaf_order, leaf_range, face_order, face_range
     )
 
 
@@ -175,20 +175,20 @@ def _order_leaves(child: Index, leaves: int) -> tuple[Index, Index]:
 @kernel
 def _gather_faces(basin: Index, leaf_order: Index) -> tuple[Index, Index]:
     leaves = leaf_order.shape[0]
-    place = np.empty(leaves, np.int64)
+    position = np.empty(leaves, np.int64)
     for i in range(leaves):
-        place[leaf_order[i]] = i
+        position[leaf_order[i]] = i
     begin = np.zeros(leaves + 1, np.int64)
     for f in range(basin.shape[0]):
-        begin[place[basin[f]] + 1] += 1
+        begin[position[basin[f]] + 1] += 1
     for i in range(leaves):
         begin[i + 1] += begin[i]
-    free = begin.copy()
+    next_free = begin.copy()
     order = np.empty(basin.shape[0], np.int64)
     for f in range(basin.shape[0]):
-        i = place[basin[f]]
-        order[free[i]] = f
-        free[i] += 1
+        i = position[basin[f]]
+        order[next_free[i]] = f
+        next_free[i] += 1
     return order, begin
 
 
@@ -200,12 +200,12 @@ def gather_poses(
     rank: FixedIndex1,
     run: FixedIndex1,
     tolerance: float,
-    of_run: float,
+    run_tolerance: float,
 ) -> tuple[Index, Array]:
     """Stable face that stands for the pose of each (S,), and the levels (S,) of their ways out.
 
     `rank`: which face stands for several, the smallest first; `run`: round or toothed surface of
-    each face, -1 for none; `tolerance`: least rise out of a pose over its height; `of_run`: the
+    each face, -1 for none; `tolerance`: least rise out of a pose over its height; `run_tolerance`: the
     same between neighbours on one such surface.
     """
     faces = height.shape[0]
@@ -213,10 +213,10 @@ def gather_poses(
     order = stable_order(levels)
     component = np.arange(faces)
     region = np.arange(faces)
-    tie = 0
+    tie_end = 0
     for i in range(order.shape[0]):
-        if i == tie:
-            tie = _put_lower_first(
+        if i == tie_end:
+            tie_end = _put_lower_first(
                 body, basin, rank, component, sides, levels, order, i
             )
         k = sides[order[i]]
@@ -227,7 +227,7 @@ def gather_poses(
             a = find_representative(region, s)
             b = find_representative(region, t)
             shallower = height[b if rank[a] < rank[b] else a]
-            if level - shallower < of_run * shallower:
+            if level - shallower < run_tolerance * shallower:
                 _join_regions(region, rank, s, t)
         a = find_representative(component, s)
         b = find_representative(component, t)
@@ -238,14 +238,14 @@ def gather_poses(
         if level - height[younger] < tolerance * height[younger]:
             _join_regions(region, rank, s, t)
     eldest = np.array([find_representative(region, s) for s in range(faces)])
-    way_out = np.full(faces, math.inf)
+    exit_level = np.full(faces, math.inf)
     for i in range(sides.shape[0]):
         a = eldest[basin[body.face[sides[i]]]]
         b = eldest[basin[body.face[body.twin[sides[i]]]]]
         if a != b:
-            way_out[a] = min(way_out[a], levels[i])
-            way_out[b] = min(way_out[b], levels[i])
-    return eldest, way_out
+            exit_level[a] = min(exit_level[a], levels[i])
+            exit_level[b] = min(exit_level[b], levels[i])
+    return eldest, exit_level
 
 
 @kernel
@@ -297,11 +297,11 @@ def _put_lower_first(
 def part_poses(tree: MergeTree, pose: FixedIndex1) -> tuple[Index, Flags]:
     """Pose that each node of the merge tree has all to itself, else -1, and joins with several."""
     leaves = pose.shape[0]
-    held = np.full(2 * leaves - 1, -1)
-    held[:leaves] = pose
+    node_pose = np.full(2 * leaves - 1, -1)
+    node_pose[:leaves] = pose
     for j in range(leaves - 1):
-        a = held[tree.child[j, 0]]
-        b = held[tree.child[j, 1]]
+        a = node_pose[tree.child[j, 0]]
+        b = node_pose[tree.child[j, 1]]
         if a == b:
-            held[leaves + j] = a
-    return held, held[leaves:] < 0
+            node_pose[leaves + j] = a
+    return node_pose, node_pose[leaves:] < 0

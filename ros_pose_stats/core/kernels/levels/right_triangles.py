@@ -93,13 +93,13 @@ def measure_triangles(body: BodyArrays, levels: Array, of_R: bool) -> RightTrian
 
 
 @inlined
-def _first_above(levels: Array, value: float) -> int:
+def _first_above(levels: Array, threshold: float) -> int:
     """Number of the first of the rising levels that is above a value."""
     low = 0
     high = levels.shape[0]
     while low < high:
         middle = (low + high) // 2
-        if levels[middle] > value:
+        if levels[middle] > threshold:
             high = middle
         else:
             low = middle + 1
@@ -149,17 +149,17 @@ def _write_limits_r(body: BodyArrays, triangles: RightTriangles) -> None:
     for f in range(body.distance.shape[0]):
         nearest = math.inf
         farthest = 0.0
-        inside = True
+        is_foot_inside = True
         for k in range(body.face_start[f], body.face_start[f + 1]):
             v = body.radius[body.corner[k]]
             farthest = max(farthest, v)
-            inside = inside and body.inset[k] >= 0.0
+            is_foot_inside = is_foot_inside and body.inset[k] >= 0.0
             nearest = min(
                 nearest,
                 body.reach[k] if body.start[k] > 0.0 and body.stop[k] > 0.0 else v,
             )
         triangles.full_level[f] = farthest
-        triangles.entry_level[f] = body.distance[f] if inside else nearest
+        triangles.entry_level[f] = body.distance[f] if is_foot_inside else nearest
         triangles.full_area[f] = body.angle[f]
 
 
@@ -168,15 +168,15 @@ def _write_limits_R(
     body: BodyArrays, highest: float, triangles: RightTriangles
 ) -> None:
     """Close the cell of each corner, and put its area where it is counted."""
-    seen = np.zeros(body.radius.shape[0], np.bool_)
+    is_seen = np.zeros(body.radius.shape[0], np.bool_)
     triangles.entry_level[:] = body.distance
     for k in range(body.corner.shape[0]):
-        if seen[body.corner[k]]:
+        if is_seen[body.corner[k]]:
             continue
-        seen[body.corner[k]] = True
-        top, lowest = _highest_in_cell(body, k)
-        _close_cell(body, k, top, triangles)
-        if top <= highest:
+        is_seen[body.corner[k]] = True
+        highest_R, lowest = _highest_in_cell(body, k)
+        _close_cell(body, k, highest_R, triangles)
+        if highest_R <= highest:
             area = _cell_area(body, k)
             triangles.final_area[2 * lowest] = area
             triangles.full_area[body.face[lowest]] += area
@@ -193,36 +193,36 @@ def _highest_in_cell(body: BodyArrays, k: int) -> tuple[float, int]:
     """Highest R around the corner where side k starts, and the side there of the lowest face."""
     distance = body.distance
     face = body.face
-    top = 0.0
+    highest_R = 0.0
     lowest = k
-    peak = True
+    is_peak = True
     side = k
     for _ in range(face.shape[0]):
-        top = max(top, distance[face[side]])
+        highest_R = max(highest_R, distance[face[side]])
         if body.inset[side] > 0.0 and body.inset[body.twin[side]] > 0.0:
-            top = max(top, body.reach[side])
-        peak = peak and body.start[side] >= 0.0
+            highest_R = max(highest_R, body.reach[side])
+        is_peak = is_peak and body.start[side] >= 0.0
         if distance[face[side]] < distance[face[lowest]]:
             lowest = side
         side = _next_around(body, side)
         if side == k:
             break
-    return body.radius[body.corner[k]] if peak else top, lowest
+    return body.radius[body.corner[k]] if is_peak else highest_R, lowest
 
 
 @inlined
 def _close_cell(
-    body: BodyArrays, k: int, top: float, triangles: RightTriangles
+    body: BodyArrays, k: int, highest_R: float, triangles: RightTriangles
 ) -> None:
-    """From the level `top` on the triangles around the corner where side k starts count 0."""
+    """From the level `highest_R` on the triangles around the corner where side k starts count 0."""
     side = k
     for _ in range(body.face.shape[0]):
         f = body.face[side]
-        before = side - 1 if side > body.face_start[f] else body.face_start[f + 1] - 1
-        for i in (2 * side, 2 * before + 1):
-            triangles.final_level[i] = top
+        previous = side - 1 if side > body.face_start[f] else body.face_start[f + 1] - 1
+        for i in (2 * side, 2 * previous + 1):
+            triangles.final_level[i] = highest_R
             triangles.final_area[i] = 0.0
-        triangles.full_level[f] = max(triangles.full_level[f], top)
+        triangles.full_level[f] = max(triangles.full_level[f], highest_R)
         side = _next_around(body, side)
         if side == k:
             break
@@ -240,8 +240,8 @@ def _cell_area(body: BodyArrays, k: int) -> float:
     total = 0.0
     while side != k:
         c = point_at(normal, face[side])
-        below = dot_from(dot_from(dot_from(1.0, a, b), b, c), c, a)
-        total += 2.0 * math.atan2(dot(a, cross(b, c)), below)
+        denominator = dot_from(dot_from(dot_from(1.0, a, b), b, c), c, a)
+        total += 2.0 * math.atan2(dot(a, cross(b, c)), denominator)
         b = c
         side = _next_around(body, side)
     return abs(total)

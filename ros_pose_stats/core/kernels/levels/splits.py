@@ -86,70 +86,70 @@ def areas_below(body: BodyArrays, level: float, of_R: bool) -> Array:
 
 @entry_kernel
 def split_probabilities(
-    body: BodyArrays, tree: MergeTree, wanted: FixedFlags1, of_R: bool
+    body: BodyArrays, tree: MergeTree, is_split: FixedFlags1, of_R: bool
 ) -> tuple[Array, Array]:
     """Solid angles of the components just before each join, and the probabilities that follow.
 
-    `wanted`: joins to measure; one may only be left out with all below it. Returns `areas` (S - 1,
+    `is_split`: joins to measure; one may only be left out with all below it. Returns `areas` (S - 1,
     2), and `probability` (2 S - 1,) of reaching each node (Eq. 8).
     """
     joins = tree.level.shape[0]
     areas = np.zeros((joins, 2))
     probability = np.zeros(2 * joins + 1)
     probability[2 * joins] = 1.0
-    if not wanted.any():
+    if not is_split.any():
         return areas, probability
-    triangles = measure_triangles(body, tree.level[wanted], of_R)
+    triangles = measure_triangles(body, tree.level[is_split], of_R)
     for j in range(joins):
         for c in range(2):
-            if wanted[j]:
+            if is_split[j]:
                 begin, end = faces_of(tree, tree.child[j, c])
                 area = faces_below(
                     tree.face_order, begin, end, body, triangles, tree.level[j], of_R
                 )
                 areas[j, c] = max(area, 0.0)
     for j in range(joins - 1, -1, -1):
-        both = areas[j, 0] + areas[j, 1]
+        total = areas[j, 0] + areas[j, 1]
         for c in range(2):
-            if wanted[j]:
-                share = areas[j, c] / both if both > 0.0 else 0.5
+            if is_split[j]:
+                share = areas[j, c] / total if total > 0.0 else 0.5
                 probability[tree.child[j, c]] = share * probability[joins + 1 + j]
     return areas, probability
 
 
 @entry_kernel
 def descend_splits(
-    weight: Fixed2, kept: Fixed2, tree: MergeTree, wanted: FixedFlags1
+    weight: Fixed2, carried_share: Fixed2, tree: MergeTree, is_split: FixedFlags1
 ) -> Array:
     """Probability (2 S - 1,) of reaching each node from the weights of the components.
 
     A component's weight grows with the level: `weight` is its logarithm where the component splits
     off. Where two join, their weights add, and go on growing as the logarithm does from there on.
-    So poses whose splits tie come out the same in any order of the splits. `kept`: how much of the
+    So poses whose splits tie come out the same in any order of the splits. `carried_share`: how much of the
     difference between the sum of weights and the whole's own one a child keeps.
     """
     joins = tree.level.shape[0]
-    grown = np.zeros(2 * joins + 1)
+    whole_weight = np.zeros(2 * joins + 1)
     probability = np.zeros(2 * joins + 1)
     share = np.zeros((joins, 2))
     probability[2 * joins] = 1.0
     for j in range(joins):
-        if not wanted[j]:
+        if not is_split[j]:
             continue
-        side = np.empty(2)
+        log_weight = np.empty(2)
         for c in range(2):
             node = tree.child[j, c]
-            side[c] = weight[j, c]
-            below = node - joins - 1
-            if below >= 0 and wanted[below]:
-                side[c] += kept[j, c] * (grown[node] - weight[below, 2])
-        most = max(side[0], side[1])
-        share[j] = np.exp(side - most)
+            log_weight[c] = weight[j, c]
+            lower_join = node - joins - 1
+            if lower_join >= 0 and is_split[lower_join]:
+                log_weight[c] += carried_share[j, c] * (whole_weight[node] - weight[lower_join, 2])
+        largest = max(log_weight[0], log_weight[1])
+        share[j] = np.exp(log_weight - largest)
         total = share[j, 0] + share[j, 1]
         share[j] /= total
-        grown[joins + 1 + j] = most + math.log(total)
+        whole_weight[joins + 1 + j] = largest + math.log(total)
     for j in range(joins - 1, -1, -1):
-        if wanted[j]:
+        if is_split[j]:
             for c in range(2):
                 probability[tree.child[j, c]] = share[j, c] * probability[joins + 1 + j]
     return probability

@@ -29,18 +29,18 @@ def grouped_edges(triangles: FixedIndex2) -> tuple[Index, Flags, Index, Index]:
     forward = np.empty(count, np.bool_)
     start = np.empty(count, np.int64)
     uses = np.empty(count, np.int64)
-    found = begin = 0
+    groups = begin = 0
     for v in range(stop.shape[0]):
         for k in range(begin, stop[v]):
             edge[k] = entries[k, EDGE] // 2
             forward[k] = entries[k, EDGE] & 1 == 1
             if k == begin or entries[k, HIGHER_VERTEX] != entries[k - 1, HIGHER_VERTEX]:
-                start[found] = k
-                uses[found] = 0
-                found += 1
-            uses[found - 1] += 1
+                start[groups] = k
+                uses[groups] = 0
+                groups += 1
+            uses[groups - 1] += 1
         begin = stop[v]
-    return edge, forward, start[:found].copy(), uses[:found].copy()
+    return edge, forward, start[:groups].copy(), uses[:groups].copy()
 
 
 @kernel
@@ -54,61 +54,61 @@ def _sorted_edges(triangles: Index) -> tuple[Index, Index]:
     for t in range(triangles.shape[0]):
         for i in range(3):
             vertices = max(vertices, triangles[t, i] + 1)
-    place = np.zeros(vertices + 1, np.int64)
+    position = np.zeros(vertices + 1, np.int64)
     for t in range(triangles.shape[0]):
         a = triangles[t, 0]
         b = triangles[t, 1]
         c = triangles[t, 2]
-        place[min(a, b) + 1] += 1
-        place[min(b, c) + 1] += 1
-        place[min(c, a) + 1] += 1
+        position[min(a, b) + 1] += 1
+        position[min(b, c) + 1] += 1
+        position[min(c, a) + 1] += 1
     for v in range(vertices):
-        place[v + 1] += place[v]
+        position[v + 1] += position[v]
     entries = np.empty((triangles.size, 2), np.int64)
     for t in range(triangles.shape[0]):
         for i in range(3):
             a = triangles[t, i]
             b = triangles[t, i + 1 if i < 2 else 0]
-            here = place[min(a, b)]
-            place[min(a, b)] = here + 1
-            entries[here, HIGHER_VERTEX] = max(a, b)
-            entries[here, EDGE] = 2 * (3 * t + i) + (1 if a < b else 0)
+            index = position[min(a, b)]
+            position[min(a, b)] = index + 1
+            entries[index, HIGHER_VERTEX] = max(a, b)
+            entries[index, EDGE] = 2 * (3 * t + i) + (1 if a < b else 0)
     begin = 0
     for v in range(vertices):
-        if place[v] - begin > INSERTION_LIMIT:
-            _sort_by_digits(entries, begin, place[v])
+        if position[v] - begin > INSERTION_LIMIT:
+            _sort_by_digits(entries, begin, position[v])
         else:
-            _sort_by_insertion(entries, begin, place[v])
-        begin = place[v]
-    return entries, place[:vertices]
+            _sort_by_insertion(entries, begin, position[v])
+        begin = position[v]
+    return entries, position[:vertices]
 
 
 @kernel
 def _sort_by_digits(entries: Index, begin: int, end: int) -> None:
     """Sort a range of entries by their first number; equal ones stay as they were."""
-    some = entries[begin:end].copy()
-    place = begin
-    for i in rising_order(some[:, HIGHER_VERTEX].copy()):
-        entries[place, HIGHER_VERTEX] = some[i, HIGHER_VERTEX]
-        entries[place, EDGE] = some[i, EDGE]
-        place += 1
+    unsorted = entries[begin:end].copy()
+    position = begin
+    for i in rising_order(unsorted[:, HIGHER_VERTEX].copy()):
+        entries[position, HIGHER_VERTEX] = unsorted[i, HIGHER_VERTEX]
+        entries[position, EDGE] = unsorted[i, EDGE]
+        position += 1
 
 
 @inlined
 def _sort_by_insertion(entries: Index, begin: int, end: int) -> None:
     """Sort a short range of entries by their first number; equal ones stay as they were."""
     for k in range(begin + 1, end):
-        key = entries[k, HIGHER_VERTEX]
-        item = entries[k, EDGE]
+        vertex = entries[k, HIGHER_VERTEX]
+        edge = entries[k, EDGE]
         j = k - 1
-        while j >= begin and entries[j, HIGHER_VERTEX] > key:
+        while j >= begin and entries[j, HIGHER_VERTEX] > vertex:
             entries[j + 1, HIGHER_VERTEX], entries[j + 1, EDGE] = (
                 entries[j, HIGHER_VERTEX],
                 entries[j, EDGE],
             )
             j -= 1
-        entries[j + 1, HIGHER_VERTEX] = key
-        entries[j + 1, EDGE] = item
+        entries[j + 1, HIGHER_VERTEX] = vertex
+        entries[j + 1, EDGE] = edge
 
 
 @entry_kernel
@@ -118,22 +118,22 @@ def linked_triangles(
     """Triangle pairs (k, 2) across edges of exactly two, and whether their windings agree."""
     pairs = np.empty((start.shape[0], 2), np.int64)
     agree = np.empty(start.shape[0], np.bool_)
-    found = 0
+    count = 0
     for e in range(start.shape[0]):
         if uses[e] == 2:
             k = start[e]
-            pairs[found, 0] = edge[k] // 3
-            pairs[found, 1] = edge[k + 1] // 3
-            agree[found] = forward[k] != forward[k + 1]
-            found += 1
-    return pairs[:found].copy(), agree[:found].copy()
+            pairs[count, 0] = edge[k] // 3
+            pairs[count, 1] = edge[k + 1] // 3
+            agree[count] = forward[k] != forward[k + 1]
+            count += 1
+    return pairs[:count].copy(), agree[:count].copy()
 
 
 @kernel
 def triangle_neighbours(triangles: Index) -> Index:
     """Triangle (T, 3) across the side opposite to each vertex; -1 where not exactly two meet."""
     entries, stop = _sorted_edges(triangles)
-    across = np.full(triangles.shape, -1, np.int64)
+    neighbours = np.full(triangles.shape, -1, np.int64)
     begin = 0
     for v in range(stop.shape[0]):
         while begin < stop[v]:
@@ -145,11 +145,11 @@ def triangle_neighbours(triangles: Index) -> Index:
                 end += 1
             if end - begin == 2:
                 h = entries[begin, EDGE] // 2
-                other = entries[begin + 1, EDGE] // 2
-                across[h // 3, (h + 2) % 3] = other // 3
-                across[other // 3, (other + 2) % 3] = h // 3
+                opposite = entries[begin + 1, EDGE] // 2
+                neighbours[h // 3, (h + 2) % 3] = opposite // 3
+                neighbours[opposite // 3, (opposite + 2) % 3] = h // 3
             begin = end
-    return across
+    return neighbours
 
 
 @inlined
@@ -179,12 +179,12 @@ def component_labels(count: int, pairs: FixedIndex2) -> Index:
     for k in range(pairs.shape[0]):
         join_sets(link, pairs[k, 0], pairs[k, 1])
     labels = np.empty(count, np.int64)
-    found = 0
+    components = 0
     for i in range(count):
         lowest = find_representative(link, i)
         if lowest == i:
-            labels[i] = found
-            found += 1
+            labels[i] = components
+            components += 1
         else:
             labels[i] = labels[lowest]
     return labels

@@ -69,18 +69,18 @@ def solid_moments(points: Fixed2, triangles: FixedIndex2) -> Array:
     number of triangles.
     """
     total = np.zeros(MOMENTS)
-    lost = np.zeros(MOMENTS)
+    correction = np.zeros(MOMENTS)
     term = np.empty(MOMENTS)
     for t in range(triangles.shape[0]):
         _write_moments(*triangle_at(points, triangles, t), term)
         for k in range(MOMENTS):
-            grown = total[k] + term[k]
+            total_after = total[k] + term[k]
             if abs(total[k]) >= abs(term[k]):
-                lost[k] += (total[k] - grown) + term[k]
+                correction[k] += (total[k] - total_after) + term[k]
             else:
-                lost[k] += (term[k] - grown) + total[k]
-            total[k] = grown
-    return total + lost
+                correction[k] += (term[k] - total_after) + total[k]
+            total[k] = total_after
+    return total + correction
 
 
 @inlined
@@ -112,12 +112,12 @@ def bounds(points: Fixed2) -> tuple[Array, Array]:
     low = np.empty(3)
     high = np.empty(3)
     for c in range(3):
-        least = most = points[0, c]
+        lowest = highest = points[0, c]
         for i in range(points.shape[0]):
-            least = min(least, points[i, c])
-            most = max(most, points[i, c])
-        low[c] = least
-        high[c] = most
+            lowest = min(lowest, points[i, c])
+            highest = max(highest, points[i, c])
+        low[c] = lowest
+        high[c] = highest
     return low, high
 
 
@@ -134,7 +134,7 @@ def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
             axis = c
     size = high[axis] - low[axis]
     lowest = read_vector(low, 0)
-    middle = add(lowest, scale(subtract(read_vector(high, 0), lowest), 0.5))
+    center = add(lowest, scale(subtract(read_vector(high, 0), lowest), 0.5))
     first = 0
     last = 0
     for i in range(points.shape[0]):
@@ -142,33 +142,33 @@ def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
             first = i
         if points[i, axis] > points[last, axis]:
             last = i
-    begin = _normalised_point(points, first, middle, size)
-    line = subtract(_normalised_point(points, last, middle, size), begin)
+    first_point = _normalised_point(points, first, center, size)
+    line = subtract(_normalised_point(points, last, center, size), first_point)
     longest = length(line)
     line = divide(line, longest)
     farthest = Vec3(0.0, 0.0, 0.0)
     widest = 0.0
     for i in range(points.shape[0]):
-        there = subtract(_normalised_point(points, i, middle, size), begin)
-        there = subtract(there, scale(line, dot(there, line)))
-        aside = dot(there, there)
-        if aside > widest:
-            farthest = there
-            widest = aside
+        offset = subtract(_normalised_point(points, i, center, size), first_point)
+        offset = subtract(offset, scale(line, dot(offset, line)))
+        square = dot(offset, offset)
+        if square > widest:
+            farthest = offset
+            widest = square
     width = math.sqrt(widest)
     if width == 0.0:
         return 0.0
     normal = divide(cross(line, farthest), width)
-    least = math.inf
-    most = -math.inf
+    lowest_offset = math.inf
+    highest_offset = -math.inf
     for i in range(points.shape[0]):
-        off = dot(_normalised_point(points, i, middle, size), normal)
-        least = min(least, off)
-        most = max(most, off)
-    return min(width, most - least) / longest
+        height = dot(_normalised_point(points, i, center, size), normal)
+        lowest_offset = min(lowest_offset, height)
+        highest_offset = max(highest_offset, height)
+    return min(width, highest_offset - lowest_offset) / longest
 
 
 @inlined
-def _normalised_point(points: Array, i: int, middle: Vec3, size: float) -> Vec3:
+def _normalised_point(points: Array, i: int, center: Vec3, size: float) -> Vec3:
     """A point about the middle of all, in units of their size."""
-    return divide(subtract(point_at(points, i), middle), size)
+    return divide(subtract(point_at(points, i), center), size)

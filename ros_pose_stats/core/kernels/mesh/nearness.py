@@ -98,22 +98,22 @@ def first_of_coincident(
     width = WIDTH * tolerance
     for i in range(count):
         point = point_at(points, i)
-        home = cube_at(point, 0.0, corner, width)
+        own_cube = cube_at(point, 0.0, corner, width)
         # A point that repeats another has its neighbours, and need not stand beside it.
-        if _join_coincident(points, head, chain, first, i, home, tolerance):
+        if _join_coincident(points, head, chain, first, i, own_cube, tolerance):
             continue
         nearest = cube_at(point, -tolerance, corner, width)
         farthest = cube_at(point, tolerance, corner, width)
         if nearest.x < farthest.x or nearest.y < farthest.y or nearest.z < farthest.z:
             _join_in_cubes(
-                points, head, chain, first, i, home, nearest, farthest, tolerance
+                points, head, chain, first, i, own_cube, nearest, farthest, tolerance
             )
-        insert_point(head, chain, i, home)
-    found = False
+        insert_point(head, chain, i, own_cube)
+    has_coincident = False
     for i in range(count):
         first[i] = find_representative(first, i)
-        found = found or first[i] != i
-    return found, first
+        has_coincident = has_coincident or first[i] != i
+    return has_coincident, first
 
 
 @inlined
@@ -123,7 +123,7 @@ def _join_in_cubes(
     chain: Slots,
     first: Index,
     i: int,
-    home: Cube,
+    own_cube: Cube,
     nearest: Cube,
     farthest: Cube,
     tolerance: float,
@@ -132,7 +132,7 @@ def _join_in_cubes(
     for x in range(nearest.x, farthest.x + 1):
         for y in range(nearest.y, farthest.y + 1):
             for z in range(nearest.z, farthest.z + 1):
-                if x != home.x or y != home.y or z != home.z:
+                if x != own_cube.x or y != own_cube.y or z != own_cube.z:
                     _join_coincident(
                         points, head, chain, first, i, Cube(x, y, z), tolerance
                     )
@@ -151,10 +151,10 @@ def _join_coincident(
     """Join point `i` to those of a cube that it coincides with; tell whether it repeats one."""
     j = head[slot_of(cube, head.shape[0])]
     while j >= 0:
-        apart = subtract(point_at(points, j), point_at(points, i))
-        if dot(apart, apart) <= tolerance * tolerance:
+        offset = subtract(point_at(points, j), point_at(points, i))
+        if dot(offset, offset) <= tolerance * tolerance:
             join_sets(first, i, j)
-            if apart.x == 0.0 and apart.y == 0.0 and apart.z == 0.0:
+            if offset.x == 0.0 and offset.y == 0.0 and offset.z == 0.0:
                 return True
         j = chain[j]
     return False
@@ -223,12 +223,12 @@ def _nearest_feature(
     rows: Array, head: Slots, chain: Slots, image: Array, reach: float
 ) -> int:
     """Feature closest to a row, -1 when none is closer than `reach`."""
-    place = read_vector(image, 0)
+    position = read_vector(image, 0)
     origin = Vec3(0.0, 0.0, 0.0)
     width = WIDTH * reach
-    low = cube_at(place, -reach, origin, width)
-    high = cube_at(place, reach, origin, width)
-    best = reach * reach
+    low = cube_at(position, -reach, origin, width)
+    high = cube_at(position, reach, origin, width)
+    least_square = reach * reach
     partner = -1
     for x in range(low.x, high.x + 1):
         for y in range(low.y, high.y + 1):
@@ -239,8 +239,8 @@ def _nearest_feature(
                     for k in range(rows.shape[1]):
                         step = rows[j, k] - image[k]
                         square += step * step
-                    if square < best:
-                        best = square
+                    if square < least_square:
+                        least_square = square
                         partner = j
                     j = chain[j]
     return partner
