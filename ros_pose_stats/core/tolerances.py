@@ -205,10 +205,10 @@ def number_equal(values: Sequence[float], tolerance: float) -> list[int]:
     """
     numbers = [0] * len(values)
     number = -1
-    begin = -float("inf")
-    for place in sorted(range(len(values)), key=values.__getitem__):
-        if values[place] > begin + tolerance:
+    tie_begin = -float("inf")
+    for index in sorted(range(len(values)), key=values.__getitem__):
+        if values[index] > tie_begin + tolerance:
             number = number + 1
-            begin = values[place]
-        numbers[place] = number
+            tie_begin = values[index]
+        numbers[index] = number
     return numbers

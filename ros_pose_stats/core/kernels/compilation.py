@@ -24,8 +24,8 @@ OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
     "nopython": True,
     "boundscheck": None,
-    "no_cfunc_wrapper": True,
-}  # none is called from C
+    "no_cfunc_wrapper": True,  # none is called from C
+}
 
 # `_nrt`, an option that numba keeps to itself: without its run time a helper counts no
 # references, and can make no arrays.
@@ -45,22 +45,22 @@ class Helper:
         self._options = {**OPTIONS, **options}
 
     @cached_property
-    def within(self) -> KernelDispatcher:
+    def merged(self) -> KernelDispatcher:
         """What numba is to take it for within a kernel."""
         options = {**self._options, "no_cpython_wrapper": True}
         return KernelDispatcher(self.py_func, targetoptions=options)
 
     @cached_property
-    def _alone(self) -> KernelDispatcher:
+    def _standalone(self) -> KernelDispatcher:
         return KernelDispatcher(self.py_func, targetoptions=self._options)
 
     def __call__(self, *arguments: Any) -> Any:
         """Compile and call it by itself, for whatever it is handed."""
-        return self._alone(*arguments)
+        return self._standalone(*arguments)
 
 
 typeof_impl.register(
-    Helper, lambda helper, context: typeof_impl(helper.within, context)
+    Helper, lambda helper, context: typeof_impl(helper.merged, context)
 )
 
 
@@ -78,16 +78,16 @@ class EntryKernel(KernelDispatcher):
         self._cache = KernelFile(f"{function.__module__}.{function.__qualname__}")
         self.declared = signature_of(function)
         self._first_call = RLock()
-        self._was_called = False
+        self._has_run = False
 
     def __call__(self, *arguments: Any) -> Any:
         """Run the kernel, alone the first time: in other threads numba might find no code."""
-        if self._was_called:
+        if self._has_run:
             return super().__call__(*arguments)
         with self._first_call:
             self.prepare()
             answer = super().__call__(*arguments)
-            self._was_called = True
+            self._has_run = True
             return answer
 
     @property
@@ -130,9 +130,9 @@ def entry_kernel(function: Function) -> Function:
     """Compile an outermost kernel and keep its machine code on disk."""
     if config.DISABLE_JIT:
         return function
-    made = EntryKernel(function)
-    _entry_kernels.append(made)
-    return made
+    outermost_kernel = EntryKernel(function)
+    _entry_kernels.append(outermost_kernel)
+    return outermost_kernel
 
 
 def all_kernels() -> list[EntryKernel]:
@@ -141,14 +141,16 @@ def all_kernels() -> list[EntryKernel]:
     for module in walk_packages(package.__path__, f"{__package__}."):
         import_module(module.name)
     return [
-        one for one in _entry_kernels if one.py_func.__module__.startswith(__package__)
+        kernel
+        for kernel in _entry_kernels
+        if kernel.py_func.__module__.startswith(__package__)
     ]
 
 
 def prepare_kernels() -> None:
     """Load the machine code of all kernels imported so far; compile what there is none of."""
-    for one in _entry_kernels:
-        one.prepare()
+    for kernel in _entry_kernels:
+        kernel.prepare()
 
 
 @contextmanager
@@ -161,7 +163,7 @@ def filling_store(fill: Callable[[], object]) -> Iterator[None]:
         KernelFile.fill_store = None
 
 
-TOGETHER = (
+FAMILIES = (
     ("drops.drop", "drops.evolve"),
     ("levels.splits", "features.split_features", "features.corner_crowding"),
     ("body.convex_body", "body.coplanar", "features.surface_features"),
@@ -179,36 +181,36 @@ def compile_missing(on_progress: Callable[[int, int], object]) -> int:
     import multiprocessing  # which nothing else wants
     from concurrent.futures import ProcessPoolExecutor, wait
 
-    left = [one for one in all_kernels() if not one.is_stored()]
-    total = len(left)
-    if not left or cache_directory().parent.name != NAME:
+    missing = [kernel for kernel in all_kernels() if not kernel.is_stored()]
+    total = len(missing)
+    if not missing or cache_directory().parent.name != NAME:
         return 0
-    families: list[list[str]] = [[] for _ in (*TOGETHER, "all others")]
-    for one in left:
-        module = one.py_func.__module__.partition(".kernels.")[2]
-        place = next((k for k, modules in enumerate(TOGETHER) if module in modules), -1)
-        families[place].append(one.name)
+    families: list[list[str]] = [[] for _ in (*FAMILIES, "all others")]
+    for kernel in missing:
+        module = kernel.py_func.__module__.partition(".kernels.")[2]
+        family = next(
+            (k for k, modules in enumerate(FAMILIES) if module in modules), -1
+        )
+        families[family].append(kernel.name)
     with ProcessPoolExecutor(
         min(len(families), os.cpu_count() or 1),
         multiprocessing.get_context("spawn"),
         _end_quietly,
     ) as pool:
-        pending = {
-            pool.submit(_compile_family, family) for family in families if family
-        }
+        pending = {pool.submit(_compile_family, names) for names in families if names}
         while pending:
             finished, pending = wait(pending, GLANCE)
             for future in finished:
                 future.result()
-            left = [one for one in left if not one.is_stored()]
-            on_progress(total - len(left), total)
+            missing = [kernel for kernel in missing if not kernel.is_stored()]
+            on_progress(total - len(missing), total)
     return total
 
 
 def _compile_family(names: list[str]) -> None:
-    for one in all_kernels():
-        if one.name in names:
-            one.prepare()
+    for kernel in all_kernels():
+        if kernel.name in names:
+            kernel.prepare()
 
 
 def _end_quietly() -> None:

@@ -46,57 +46,12 @@ def sine_cosine(x: float) -> tuple[float, float]:
     turns = math.floor(x * _QUARTERS_PER_RADIAN + 0.5)
     r = ((x - turns * _QUARTER_HIGH) - turns * _QUARTER_MIDDLE) - turns * _QUARTER_LOW
     q = r * r
-    sine = r - r * (
-        q
-        * (
-            1 / 6
-            - q
-            * (
-                1 / 120
-                - q
-                * (
-                    1 / 5040
-                    - q
-                    * (
-                        1 / 362880
-                        - q
-                        * (
-                            1 / 39916800
-                            - q
-                            * (
-                                1 / 6227020800
-                                - q * (1 / 1307674368000 - q * (1 / 355687428096000))
-                            )
-                        )
-                    )
-                )
-            )
-        )
-    )
-    cosine = 1.0 - q * (
-        1 / 2
-        - q
-        * (
-            1 / 24
-            - q
-            * (
-                1 / 720
-                - q
-                * (
-                    1 / 40320
-                    - q
-                    * (
-                        1 / 3628800
-                        - q
-                        * (
-                            1 / 479001600
-                            - q * (1 / 87178291200 - q * (1 / 20922789888000))
-                        )
-                    )
-                )
-            )
-        )
-    )
+    series = 1 / 6227020800 - q * (1 / 1307674368000 - q * (1 / 355687428096000))
+    series = 1 / 5040 - q * (1 / 362880 - q * (1 / 39916800 - q * series))
+    sine = r - r * (q * (1 / 6 - q * (1 / 120 - q * series)))
+    series = 1 / 479001600 - q * (1 / 87178291200 - q * (1 / 20922789888000))
+    series = 1 / 720 - q * (1 / 40320 - q * (1 / 3628800 - q * series))
+    cosine = 1.0 - q * (1 / 2 - q * (1 / 24 - q * series))
     quadrant = turns - 4.0 * math.floor(0.25 * turns)
     if quadrant == 0.0:
         return sine, cosine
@@ -123,29 +78,9 @@ def arctangent(y: float, x: float) -> float:
     center = 0.25 * nearest
     t = (smaller - center * larger) / (larger + center * smaller)
     q = t * t
-    angle = _ARCTANGENTS[nearest] + (
-        t
-        - t
-        * (
-            q
-            * (
-                1 / 3
-                - q
-                * (
-                    1 / 5
-                    - q
-                    * (
-                        1 / 7
-                        - q
-                        * (
-                            1 / 9
-                            - q * (1 / 11 - q * (1 / 13 - q * (1 / 15 - q * (1 / 17))))
-                        )
-                    )
-                )
-            )
-        )
-    )
+    series = 1 / 11 - q * (1 / 13 - q * (1 / 15 - q * (1 / 17)))
+    series = 1 / 3 - q * (1 / 5 - q * (1 / 7 - q * (1 / 9 - q * series)))
+    angle = _ARCTANGENTS[nearest] + (t - t * (q * series))
     if height > width:
         angle = 0.5 * math.pi - angle
     if x < 0.0:
@@ -180,51 +115,10 @@ def exponential(x: float) -> float:
         return math.inf
     n = math.floor(x * (1.0 / _LN2) + 0.5)
     r = (x - n * _LN2_HIGH) - n * _LN2_LOW
-    series = 1.0 + r * (
-        1.0
-        + r
-        * (
-            1 / 2
-            + r
-            * (
-                1 / 6
-                + r
-                * (
-                    1 / 24
-                    + r
-                    * (
-                        1 / 120
-                        + r
-                        * (
-                            1 / 720
-                            + r
-                            * (
-                                1 / 5040
-                                + r
-                                * (
-                                    1 / 40320
-                                    + r
-                                    * (
-                                        1 / 362880
-                                        + r
-                                        * (
-                                            1 / 3628800
-                                            + r
-                                            * (
-                                                1 / 39916800
-                                                + r
-                                                * (1 / 479001600 + r * (1 / 6227020800))
-                                            )
-                                        )
-                                    )
-                                )
-                            )
-                        )
-                    )
-                )
-            )
-        )
-    )
+    series = 1 / 39916800 + r * (1 / 479001600 + r * (1 / 6227020800))
+    series = 1 / 40320 + r * (1 / 362880 + r * (1 / 3628800 + r * series))
+    series = 1 / 120 + r * (1 / 720 + r * (1 / 5040 + r * series))
+    series = 1.0 + r * (1.0 + r * (1 / 2 + r * (1 / 6 + r * (1 / 24 + r * series))))
     return series * power_of_two(int(n))
 
 

@@ -61,8 +61,8 @@ def baseline() -> str:
 def _baseline_of_this_machine() -> str:
     if not llvm.get_process_triple().startswith("x86_64"):
         return "generic"
-    has = llvm.get_host_cpu_features()  # takes milliseconds
-    return "x86-64-v3" if all(has.get(name) for name in V3) else "x86-64"
+    features = llvm.get_host_cpu_features()  # takes milliseconds
+    return "x86-64-v3" if all(features.get(name) for name in V3) else "x86-64"
 
 
 class KernelLibrary(core.codegen.JITCodeLibrary):
@@ -82,9 +82,7 @@ class KernelLibrary(core.codegen.JITCodeLibrary):
 
     def _finalize_final_module(self) -> None:
         """Emit what comes from the disk; all else is closed (`_finalized`), to be linked."""
-        if (
-            self._object_caching_enabled and self._compiled_object is not None
-        ):  # from the disk
+        if self._object_caching_enabled and self._compiled_object is not None:
             self._emitted = True
             super()._finalize_final_module()
         else:
@@ -293,11 +291,9 @@ class KernelFile:
             KernelFile.fill_store = None
             fill()
             stored = self.read()
-        return (
-            None
-            if stored is None
-            else core.compiler.CompileResult._rebuild(context, *stored)
-        )
+        if stored is None:
+            return None
+        return core.compiler.CompileResult._rebuild(context, *stored)
 
     def save_overload(self, _: Any, compiled: Any) -> None:
         """Keep a compiled kernel."""
@@ -312,9 +308,9 @@ class KernelFile:
         except OSError as error:
             self._warn("written", error)
 
-    def _warn(self, done: str, error: Exception) -> None:
+    def _warn(self, action: str, error: Exception) -> None:
         warnings.warn(
-            f"machine code of {self._name} in {self.file.parent} cannot be {done} "
+            f"machine code of {self._name} in {self.file.parent} cannot be {action} "
             f"({type(error).__name__}: {error})",
             RuntimeWarning,
             stacklevel=2,

@@ -145,7 +145,10 @@ def inverse_of(matrix: Array) -> Array:
         for column in range(3):
             next_column = (column + 1) % 3
             last_column = (column + 2) % 3
-            cofactors[column, row] = matrix[next_row, next_column] * matrix[last_row, last_column] - matrix[next_row, last_column] * matrix[last_row, next_column]
+            cofactors[column, row] = (
+                matrix[next_row, next_column] * matrix[last_row, last_column]
+                - matrix[next_row, last_column] * matrix[last_row, next_column]
+            )
     determinant = (
         matrix[0, 0] * cofactors[0, 0]
         + matrix[0, 1] * cofactors[1, 0]

@@ -22,6 +22,7 @@ from ..vectors import (
     cross,
     divide,
     dot,
+    inverse_of,
     point_at,
     scale,
     subtract,
@@ -57,11 +58,15 @@ class Arcs(NamedTuple):
     foot: Array  # (N, 3) unit vector to Q
     tangent: Array  # (N, 3) unit vector square to it, towards the face's normal
     sums: Array  # (N, SUMS) its sums
+    points: Array  # (H, 3) hull points of the body
+    body: BodyArrays
+    inertia: Array  # (3, 3) over the mass
+    inverse: Array  # (3, 3) of that
 
 
 @kernel
-def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -> Arcs:
-    """Measure all half arcs; `inverse`: of the inertia, which is over the mass."""
+def make_arcs(points: Array, body: BodyArrays, inertia: Array) -> Arcs:
+    """Measure all half arcs; `inertia` (3, 3): over the mass."""
     count = body.twin.shape[0]
     arcs = Arcs(
         np.zeros(count),
@@ -71,6 +76,10 @@ def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -
         np.zeros((count, 3)),
         np.zeros((count, 3)),
         np.zeros((count, SUMS)),
+        points,
+        body,
+        inertia,
+        inverse_of(inertia),
     )
     for k in range(count):
         f = body.face[k]
@@ -94,24 +103,16 @@ def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -
             continue
         write_row(arcs.foot, k, 0, foot)
         write_row(arcs.tangent, k, 0, divide(tangent, math.sqrt(tangent_square)))
-        add_arc(arcs.sums[k], k, arcs.begin[k], points, body, arcs, inertia, inverse)
+        add_arc(arcs.sums[k], arcs, k, arcs.begin[k])
     return arcs
 
 
 @inlined
-def add_arc(
-    sums: Array,
-    k: int,
-    begin: float,
-    points: Array,
-    body: BodyArrays,
-    arcs: Arcs,
-    inertia: Array,
-    inverse: Array,
-) -> None:
+def add_arc(sums: Array, arcs: Arcs, k: int, begin: float) -> None:
     """Add what a half arc has from x = `begin` on to sums (SUMS,)."""
-    v = point_at(points, body.corner[k])
-    w = point_at(points, body.corner[body.twin[k]])
+    body = arcs.body
+    v = point_at(arcs.points, body.corner[k])
+    w = point_at(arcs.points, body.corner[body.twin[k]])
     foot = point_at(arcs.foot, k)
     tangent = point_at(arcs.tangent, k)
     center = 0.5 * (arcs.end[k] + begin)
@@ -124,9 +125,9 @@ def add_arc(
         down = add(scale(foot, cosine), scale(tangent, sine))
         turn = subtract(scale(tangent, cosine), scale(foot, sine))
         speed = math.sqrt(
-            (body.reach[k] * sine) ** 2 + _rotational_energy(down, turn, inertia)
+            (body.reach[k] * sine) ** 2 + _rotational_energy(down, turn, arcs.inertia)
         )
-        turn_share = half * _WEIGHTS[i] * _impulse_angle(down, v, w, inverse)
+        turn_share = half * _WEIGHTS[i] * _impulse_angle(down, v, w, arcs.inverse)
         angle += turn_share
         path_length += turn_share * speed
     sums[OVER_ANGLE] += angle
@@ -151,4 +152,5 @@ def _impulse_angle(down: Vec3, v: Vec3, w: Vec3, inverse: Array) -> float:
     response_v = 1.0 + dot(a, transform(inverse, a))
     response_w = 1.0 + dot(b, transform(inverse, b))
     response_vw = 1.0 + dot(a, transform(inverse, b))
-    return math.atan2(math.sqrt(max(0.0, response_v * response_w - response_vw * response_vw)), response_vw)
+    square = response_v * response_w - response_vw * response_vw
+    return math.atan2(math.sqrt(max(0.0, square)), response_vw)

@@ -31,6 +31,15 @@ ROUNDINGS_OFF_CIRCLE = 4.0
 """They may also be off by this many roundings of the coordinates."""
 
 
+class Chain(NamedTuple):
+    """Edges of a hull, each of which goes on where the previous one ends."""
+
+    points: Array  # (H, 3) hull points
+    corner: Index  # hull point where each edge begins, then where the last one ends
+    side: Index  # polygon side of each edge
+    rounding: float  # of the coordinates
+
+
 class Circle(NamedTuple):
     """A circle in space, with the height of the arc that it was laid through."""
 
@@ -41,8 +50,10 @@ class Circle(NamedTuple):
 
 
 @kernel
-def circle_of(points: Array, corner: Index, i: int, j: int) -> Circle:
+def circle_of(chain: Chain, i: int, j: int) -> Circle:
     """Circle through three of the corners i to j of a chain, far apart."""
+    points = chain.points
+    corner = chain.corner
     a = point_at(points, corner[i])
     b = point_at(points, corner[j])
     chord = subtract(b, a)
@@ -71,7 +82,10 @@ def circle_of(points: Array, corner: Index, i: int, j: int) -> Circle:
     to_center = scale(to_center, 0.5 / normal_square)
     radius = length(to_center)
     return Circle(
-        add(a, to_center), divide(normal, math.sqrt(normal_square)), radius, min(height, radius)
+        add(a, to_center),
+        divide(normal, math.sqrt(normal_square)),
+        radius,
+        min(height, radius),
     )
 
 
@@ -91,11 +105,13 @@ def circle_distance(circle: Circle, point: Vec3) -> float:
 
 
 @kernel
-def fit_circle(points: Array, corner: Index, i: int, j: int, rough: Circle) -> Circle:
+def fit_circle(chain: Chain, i: int, j: int, rough: Circle) -> Circle:
     """Circle by least squares (Kasa's), its plane by the area that the corners enclose.
 
     The axis is turned so that the run goes round it counter-clockwise.
     """
+    points = chain.points
+    corner = chain.corner
     last = j if corner[i] != corner[j] else j - 1
     count = float(last - i + 1)
     center = Vec3(0.0, 0.0, 0.0)

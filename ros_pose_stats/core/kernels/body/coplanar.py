@@ -78,7 +78,10 @@ def orient_triangles(points: Array, triangles: Index, neighbors: Index) -> None:
             v = triangles[t, (i + 1) % 3]
             w = triangles[t, (i + 2) % 3]
             for j in range(3):
-                if triangles[neighbour, j] == v and triangles[neighbour, (j + 1) % 3] == w:
+                if (
+                    triangles[neighbour, j] == v
+                    and triangles[neighbour, (j + 1) % 3] == w
+                ):
                     _flip_triangle(triangles, neighbors, neighbour)
                     break
             is_oriented[neighbour] = True
@@ -102,7 +105,10 @@ def opposite_half_edges(triangles: Index, neighbors: Index) -> Index:
             a = triangles[t, (i + 1) % 3]
             b = triangles[t, (i + 2) % 3]
             for j in range(3):
-                if triangles[neighbour, (j + 1) % 3] == b and triangles[neighbour, (j + 2) % 3] == a:
+                if (
+                    triangles[neighbour, (j + 1) % 3] == b
+                    and triangles[neighbour, (j + 2) % 3] == a
+                ):
                     opposite[3 * t + i] = 3 * neighbour + j
     return opposite
 
@@ -162,7 +168,9 @@ def _isolated_triangles(surface: Surface, tolerance: float) -> Flags:
         has_neighbour = False
         for i in range(3):
             neighbour = neighbors[t, i]
-            has_neighbour = has_neighbour or (neighbour >= 0 and _is_near_plane(surface, plane, neighbour, tolerance))
+            has_neighbour = has_neighbour or (
+                neighbour >= 0 and _is_near_plane(surface, plane, neighbour, tolerance)
+            )
         is_isolated[t] = not has_neighbour
     return is_isolated
 

@@ -1,4 +1,4 @@
-"""Corner loops of the planar faces, their planes and their edges.
+"""Corner loops of the planar faces.
 
 A hull vertex is a corner where at least three faces meet; a vertex between two faces lies
 on a straight edge and is dropped, so that subdividing a mesh changes nothing.
@@ -6,19 +6,8 @@ on a straight edge and is dropped, so that subdividing a mesh changes nothing.
 
 import numpy as np
 
-from ..array_types import Array, Flags, Index
+from ..array_types import Flags, Index
 from ..compilation import inlined, kernel
-from ..vectors import (
-    Vec3,
-    add,
-    cross,
-    divide,
-    dot,
-    length,
-    point_at,
-    subtract,
-    write_row,
-)
 
 
 @inlined
@@ -169,59 +158,3 @@ def _order_loops(
 def _origin(triangles: Index, h: int) -> int:
     """Hull point where half-edge h starts."""
     return int(triangles[h // 3, (h + 1) % 3])
-
-
-@kernel
-def polygon_planes(
-    points: Array, face_start: Index, corner: Index
-) -> tuple[Array, Array, Array]:
-    """Newell's normal (F, 3), distance from the origin (F,) and area (F,) of each polygon."""
-    faces = face_start.shape[0] - 1
-    normals = np.empty((faces, 3))
-    distances = np.empty(faces)
-    areas = np.empty(faces)
-    for f in range(faces):
-        begin = face_start[f]
-        end = face_start[f + 1]
-        center = Vec3(0.0, 0.0, 0.0)
-        for k in range(begin, end):
-            center = add(center, point_at(points, corner[k]))
-        center = divide(center, float(end - begin))
-        normal = Vec3(0.0, 0.0, 0.0)
-        for k in range(begin, end):
-            p = point_at(points, corner[k])
-            q = point_at(points, corner[k + 1 if k + 1 < end else begin])
-            normal = add(normal, cross(subtract(p, center), subtract(q, center)))
-        size = length(normal)
-        areas[f] = 0.5 * size
-        if size == 0.0:
-            distances[f] = -1.0
-            continue
-        normal = divide(normal, size)
-        write_row(normals, f, 0, normal)
-        distances[f] = dot(normal, center)
-    return normals, distances, areas
-
-
-@kernel
-def pair_sides(
-    face_start: Index, corner: Index, first: Index, side_of: Index, opposite: Index
-) -> tuple[bool, Index, Index, Index]:
-    """Twin, face and next side of each; false where two do not run between the same corners."""
-    sides = corner.shape[0]
-    twin = np.empty(sides, np.int64)
-    face = np.empty(sides, np.int64)
-    follow = np.empty(sides, np.int64)
-    for f in range(face_start.shape[0] - 1):
-        for k in range(face_start[f], face_start[f + 1]):
-            face[k] = f
-            follow[k] = k + 1 if k + 1 < face_start[f + 1] else face_start[f]
-    for k in range(sides):
-        twin[k] = side_of[opposite[first[k]]]
-    for k in range(sides):
-        t = twin[k]
-        if t < 0 or twin[t] != k:
-            return False, twin, face, follow
-        if corner[k] != corner[follow[t]] or corner[follow[k]] != corner[t]:
-            return False, twin, face, follow
-    return True, twin, face, follow

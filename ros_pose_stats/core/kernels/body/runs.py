@@ -13,7 +13,14 @@ import numpy as np
 from ..array_types import Array, Array2, Fixed2, Index, Index1
 from ..compilation import entry_kernel, inlined, kernel
 from ..vectors import Vec3, divide, dot, length, point_at, subtract, write_row
-from .circles import Circle, circle_distance, circle_of, circle_tolerance, fit_circle
+from .circles import (
+    Chain,
+    Circle,
+    circle_distance,
+    circle_of,
+    circle_tolerance,
+    fit_circle,
+)
 from .convex_body import BodyArrays
 
 STRAIGHTEST = 0.9077774785329087
@@ -46,187 +53,157 @@ class Runs(NamedTuple):
 
 @entry_kernel
 def circular_runs(points: Fixed2, body: BodyArrays, rounding: float) -> Runs:
-    """Find all chains of edges whose corners lie on one circle, but for the rounding."""
-    onward = _continuations(points, body)
+    """Find all chains of edges whose corners lie on one circle, up to the rounding."""
+    continuation = _continuations(points, body)
     count = body.corner.shape[0]
-    most = count // 2
-    found = Runs(
-        np.zeros(most + 2, np.int64),
-        np.empty(most, np.int64),
-        np.zeros(most + 1, np.int64),
-        np.zeros((most + 1, 8)),
+    limit = count // 2
+    runs = Runs(
+        np.zeros(limit + 2, np.int64),
+        np.empty(limit, np.int64),
+        np.zeros(limit + 1, np.int64),
+        np.zeros((limit + 1, 8)),
     )
     visited = np.zeros(count, np.bool_)
-    chain = np.empty(2 * count, np.int64)
-    runs = 0
+    sides = np.empty(count, np.int64)
+    run_count = 0
     for closed in range(2):
         for k in range(count):
-            # What no edge leads to begins an open chain; what is left in the end is closed.
-            if visited[k] or (closed == 0 and onward[body.twin[k]] >= 0):
+            # A side that no edge leads to begins an open chain. What has not been visited
+            # after that is closed.
+            if visited[k] or (closed == 0 and continuation[body.twin[k]] >= 0):
                 continue
             size = 0
-            here = k
-            while here >= 0 and not visited[here]:
-                visited[here] = visited[body.twin[here]] = True
-                chain[size] = here
+            side = k
+            while side >= 0 and not visited[side]:
+                visited[side] = visited[body.twin[side]] = True
+                sides[size] = side
                 size += 1
-                here = onward[here]
-            if size >= FEWEST:
-                runs = _divide(
-                    points, body, chain, size, closed == 1, rounding, found, runs
-                )
-    edges = found.start[runs]
+                side = continuation[side]
+            if size < FEWEST:
+                continue
+            chain = _chain_of(points, body, sides[:size], rounding)
+            if closed == 1:
+                run_count = _divide_closed(chain, size, runs, run_count)
+            else:
+                chain.corner[size] = body.corner[body.twin[sides[size - 1]]]
+                run_count = _divide_open(chain, 0, size, runs, run_count)
+    edges = runs.start[run_count]
     return Runs(
-        found.start[: runs + 1].copy(),
-        found.side[:edges].copy(),
-        found.closed[:runs].copy(),
-        found.circle[:runs].copy(),
+        runs.start[: run_count + 1].copy(),
+        runs.side[:edges].copy(),
+        runs.closed[:run_count].copy(),
+        runs.circle[:run_count].copy(),
     )
 
 
 @kernel
 def _continuations(points: Array, body: BodyArrays) -> Index:
-    """Side (N,) that goes on straightest from each, -1 where none does or not mutually."""
-    follow = body.next_side
-    count = body.next_side.shape[0]
-    along = np.empty((count, 3))
-    best = np.full(count, -1, np.int64)
+    """Side (N,) that goes on straightest from each; -1 if none does so mutually."""
+    next_side = body.next_side
+    count = next_side.shape[0]
+    direction = np.empty((count, 3))
+    straightest = np.full(count, -1, np.int64)
     for k in range(count):
-        step = subtract(
-            point_at(points, body.corner[follow[k]]), point_at(points, body.corner[k])
-        )
+        begin = point_at(points, body.corner[k])
+        step = subtract(point_at(points, body.corner[next_side[k]]), begin)
         size = length(step)
-        write_row(along, k, 0, divide(step, size) if size > 0.0 else step)
+        write_row(direction, k, 0, divide(step, size) if size > 0.0 else step)
     for k in range(count):
-        here = follow[k]
-        straightest = STRAIGHTEST
+        side = next_side[k]
+        largest_cosine = STRAIGHTEST
         for _ in range(MOST_AROUND):
-            if here == body.twin[k]:
+            if side == body.twin[k]:
                 break
-            cosine = dot(point_at(along, k), point_at(along, here))
-            if cosine > straightest:
-                straightest = cosine
-                best[k] = here
-            here = follow[body.twin[here]]
-        if here != body.twin[k]:
-            best[k] = -1
+            cosine = dot(point_at(direction, k), point_at(direction, side))
+            if cosine > largest_cosine:
+                largest_cosine = cosine
+                straightest[k] = side
+            side = next_side[body.twin[side]]
+        if side != body.twin[k]:
+            straightest[k] = -1
     mutual = np.full(count, -1, np.int64)
     for k in range(count):
-        if best[k] >= 0 and best[body.twin[best[k]]] == body.twin[k]:
-            mutual[k] = best[k]
+        side = straightest[k]
+        if side >= 0 and straightest[body.twin[side]] == body.twin[k]:
+            mutual[k] = side
     return mutual
 
 
 @kernel
-def _divide(
-    points: Array,
-    body: BodyArrays,
-    chain: Index,
-    size: int,
-    closed: bool,
-    rounding: float,
-    found: Runs,
-    runs: int,
-) -> int:
-    """Add the runs of one chain to those found; give their new number."""
-    corner = np.empty(2 * size + 1, np.int64)
+def _chain_of(points: Array, body: BodyArrays, sides: Index, rounding: float) -> Chain:
+    """Chain of polygon sides, twice over, so that a closed one can begin anywhere."""
+    size = sides.shape[0]
+    chain = Chain(
+        points, np.empty(2 * size + 1, np.int64), np.empty(2 * size, np.int64), rounding
+    )
     for k in range(size):
-        corner[k] = body.corner[chain[k]]
-        corner[size + k] = corner[k]
-        chain[size + k] = chain[k]
-    corner[2 * size] = corner[0]
-    if not closed:
-        corner[size] = body.corner[body.twin[chain[size - 1]]]
-        return _scan(points, corner, chain, 0, size, rounding, found, runs)
-    circle = circle_of(points, corner, 0, size)
-    if _holds(points, corner, 0, size, circle, rounding):
-        return _add(points, corner, chain, 0, size, circle, found, runs)
-    # A closed chain is looked through from the end of one of its runs.
-    for i in range(size):
-        end = _grown(points, corner, i, i + size, rounding)
-        if end == i + size:
-            return _add(
-                points,
-                corner,
-                chain,
-                i,
-                end,
-                circle_of(points, corner, i, end),
-                found,
-                runs,
-            )
-        if end > 0:
-            begin = end if end <= size else end - size
-            return _scan(
-                points, corner, chain, begin, begin + size, rounding, found, runs
-            )
-    return runs
+        chain.side[k] = chain.side[size + k] = sides[k]
+        chain.corner[k] = chain.corner[size + k] = body.corner[sides[k]]
+    chain.corner[2 * size] = chain.corner[0]
+    return chain
 
 
 @kernel
-def _scan(
-    points: Array,
-    corner: Index,
-    chain: Index,
-    begin: int,
-    end: int,
-    rounding: float,
-    found: Runs,
-    runs: int,
-) -> int:
+def _divide_closed(chain: Chain, size: int, runs: Runs, run_count: int) -> int:
+    """Add the runs of a closed chain; return the new number of runs."""
+    if _is_run(chain, 0, size, circle_of(chain, 0, size)):
+        return _add_run(chain, 0, size, runs, run_count)
+    # A closed chain is looked through from the end of one of its runs.
+    for i in range(size):
+        end = _longest_run(chain, i, i + size)
+        if end == i + size:
+            return _add_run(chain, i, end, runs, run_count)
+        if end > 0:
+            begin = end if end <= size else end - size
+            return _divide_open(chain, begin, begin + size, runs, run_count)
+    return run_count
+
+
+@kernel
+def _divide_open(chain: Chain, begin: int, end: int, runs: Runs, run_count: int) -> int:
+    """Add the runs between two corners of a chain; return the new number of runs."""
     i = begin
     while i + FEWEST <= end:
-        j = _grown(points, corner, i, end, rounding)
+        j = _longest_run(chain, i, end)
         if j > 0:
-            # The whole arc takes in at its beginning what it took in at its end: a corner that
-            # a cut left beside the circle, which its first few edges would not allow.
-            while i > begin and _holds(
-                points, corner, i - 1, j, circle_of(points, corner, i - 1, j), rounding
-            ):
+            # The whole arc takes in at its beginning what it took in at its end: a corner
+            # that a cut left beside the circle, which its first few edges would not allow.
+            while i > begin and _is_run(chain, i - 1, j, circle_of(chain, i - 1, j)):
                 i -= 1
-            runs = _add(
-                points,
-                corner,
-                chain,
-                i,
-                j,
-                circle_of(points, corner, i, j),
-                found,
-                runs,
-            )
+            run_count = _add_run(chain, i, j, runs, run_count)
             begin = i = j
         else:
             i += 1
-    return runs
+    return run_count
 
 
 @kernel
-def _grown(points: Array, corner: Index, i: int, end: int, rounding: float) -> int:
-    """Last corner of the longest run that begins at corner i of a chain; -1 where none does."""
-    first = _direction(points, corner, i)
+def _longest_run(chain: Chain, i: int, end: int) -> int:
+    """Last corner of the longest run from corner i of a chain; -1 if there is none."""
+    first = _direction(chain, i)
     j = i + FEWEST
-    while j <= end and dot(first, _direction(points, corner, j - 1)) > STRAIGHTEST:
+    while j <= end and dot(first, _direction(chain, j - 1)) > STRAIGHTEST:
         j += 1
     if j > end:
         return -1
-    circle = circle_of(points, corner, i, j)
-    if not _holds(points, corner, i, j, circle, rounding):
+    circle = circle_of(chain, i, j)
+    if not _is_run(chain, i, j, circle):
         return -1
     fitted = j
     while j < end:
         if 2 * (j - i) > 3 * (fitted - i):
-            circle = circle_of(points, corner, i, j)
+            circle = circle_of(chain, i, j)
             fitted = j
-        if not _reaches(points, corner, j, circle, rounding):
+        if not _continues_run(chain, j, circle):
             if fitted == j:
                 break
-            circle = circle_of(points, corner, i, j)
+            circle = circle_of(chain, i, j)
             fitted = j
-            if not _reaches(points, corner, j, circle, rounding):
+            if not _continues_run(chain, j, circle):
                 break
         j += 1
     while j >= i + FEWEST:
-        if _holds(points, corner, i, j, circle_of(points, corner, i, j), rounding):
+        if _is_run(chain, i, j, circle_of(chain, i, j)):
             return j
         # A curve that leaves its circle slowly was followed too far.
         j -= max(1, (j - i) // 8)
@@ -234,64 +211,52 @@ def _grown(points: Array, corner: Index, i: int, end: int, rounding: float) -> i
 
 
 @inlined
-def _direction(points: Array, corner: Index, k: int) -> Vec3:
+def _direction(chain: Chain, k: int) -> Vec3:
     """Unit vector along edge k of a chain."""
-    step = subtract(point_at(points, corner[k + 1]), point_at(points, corner[k]))
+    begin = point_at(chain.points, chain.corner[k])
+    step = subtract(point_at(chain.points, chain.corner[k + 1]), begin)
     return divide(step, length(step))
 
 
 @inlined
-def _reaches(
-    points: Array, corner: Index, j: int, circle: Circle, rounding: float
-) -> bool:
-    """Whether the edge from corner j of a chain to the next is one of a run on this circle."""
-    here = point_at(points, corner[j + 1])
-    return length(
-        subtract(here, point_at(points, corner[j]))
-    ) <= 2.0 * HALF_SPAN * circle.radius and circle_distance(
-        circle, here
-    ) <= circle_tolerance(circle, rounding)
+def _continues_run(chain: Chain, j: int, circle: Circle) -> bool:
+    """Whether the edge from corner j of a chain on is one of a run on this circle."""
+    begin = point_at(chain.points, chain.corner[j])
+    end = point_at(chain.points, chain.corner[j + 1])
+    if length(subtract(end, begin)) > 2.0 * HALF_SPAN * circle.radius:
+        return False
+    return circle_distance(circle, end) <= circle_tolerance(circle, chain.rounding)
 
 
 @kernel
-def _holds(
-    points: Array, corner: Index, i: int, j: int, circle: Circle, rounding: float
-) -> bool:
+def _is_run(chain: Chain, i: int, j: int, circle: Circle) -> bool:
     """Whether the corners i to j of a chain and the edges between them are a run."""
-    if circle.radius == 0.0 or circle_distance(
-        circle, point_at(points, corner[i])
-    ) > circle_tolerance(circle, rounding):
+    begin = point_at(chain.points, chain.corner[i])
+    if circle.radius == 0.0:
+        return False
+    if circle_distance(circle, begin) > circle_tolerance(circle, chain.rounding):
         return False
     k = i
-    while k < j and _reaches(points, corner, k, circle, rounding):
+    while k < j and _continues_run(chain, k, circle):
         k += 1
     return k == j
 
 
 @kernel
-def _add(
-    points: Array,
-    corner: Index,
-    chain: Index,
-    i: int,
-    j: int,
-    rough: Circle,
-    found: Runs,
-    runs: int,
-) -> int:
-    """Keep the edges i to j of a chain with the circle fitted to all of their corners."""
-    begin = found.start[runs]
+def _add_run(chain: Chain, i: int, j: int, runs: Runs, run_count: int) -> int:
+    """Add the edges i to j of a chain with the circle fitted to their corners."""
+    begin = runs.start[run_count]
     for k in range(i, j):
-        found.side[begin + k - i] = chain[k]
-    found.start[runs + 1] = begin + j - i
-    closed = corner[i] == corner[j]
-    found.closed[runs] = 1 if closed else 0
-    circle = fit_circle(points, corner, i, j, rough)
-    write_row(found.circle, runs, CENTER, circle.center)
-    write_row(found.circle, runs, AXIS, circle.axis)
-    found.circle[runs, RADIUS] = circle.radius
-    farthest = 0.0
+        runs.side[begin + k - i] = chain.side[k]
+    runs.start[run_count + 1] = begin + j - i
+    runs.closed[run_count] = 1 if chain.corner[i] == chain.corner[j] else 0
+    circle = fit_circle(chain, i, j, circle_of(chain, i, j))
+    write_row(runs.circle, run_count, CENTER, circle.center)
+    write_row(runs.circle, run_count, AXIS, circle.axis)
+    runs.circle[run_count, RADIUS] = circle.radius
+    deviation = 0.0
     for k in range(i, j + 1):
-        farthest = max(farthest, circle_distance(circle, point_at(points, corner[k])))
-    found.circle[runs, DEVIATION] = farthest
-    return runs + 1
+        corner = point_at(chain.points, chain.corner[k])
+        deviation = max(deviation, circle_distance(circle, corner))
+    runs.circle[run_count, DEVIATION] = deviation
+    return run_count + 1

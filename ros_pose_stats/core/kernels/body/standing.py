@@ -39,7 +39,9 @@ def can_roll(points: Fixed2, down: Fixed1, axis: Fixed1, height: float) -> bool:
             )
             height_reached = -math.inf
             for i in range(points.shape[0]):
-                height_reached = max(height_reached, dot(point_at(points, i), turned_down))
+                height_reached = max(
+                    height_reached, dot(point_at(points, i), turned_down)
+                )
             if height_reached > height:
                 break
             free_steps += 1
@@ -73,9 +75,21 @@ def matrices_of(quaternions: Fixed2) -> Array:
     matrices = np.empty((quaternions.shape[0], 3, 3))
     for i in range(quaternions.shape[0]):
         x, y, z, w = quaternions[i]
-        matrices[i, 0] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
-        matrices[i, 1] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
-        matrices[i, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
+        matrices[i, 0] = (
+            1 - 2 * (y * y + z * z),
+            2 * (x * y - z * w),
+            2 * (x * z + y * w),
+        )
+        matrices[i, 1] = (
+            2 * (x * y + z * w),
+            1 - 2 * (x * x + z * z),
+            2 * (y * z - x * w),
+        )
+        matrices[i, 2] = (
+            2 * (x * z - y * w),
+            2 * (y * z + x * w),
+            1 - 2 * (x * x + y * y),
+        )
     return matrices
 
 

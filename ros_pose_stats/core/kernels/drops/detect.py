@@ -43,11 +43,11 @@ def detect_event(
 ) -> Event:
     """Find the first event on the step whose series has been prepared."""
     first = math.inf
-    what = NOTHING
+    kind = NOTHING
     corner = -1
     close = 0
     if work.tally[layout.MODE] != layout.FLIGHT:
-        first, what = first_release(work, last)
+        first, kind = first_release(work, last)
     z = work.state[layout.Z]
     step = work.clock[layout.STEP]
     # Out of reach while the centre of mass stays a radius above the plate, in flight.
@@ -55,8 +55,8 @@ def detect_event(
         landing, corner, close = first_landing(body, rules, work, last, first)
         if landing < first:
             first = landing
-            what = LANDING
-    return Event(what, min(first, 1.0), corner, close)
+            kind = LANDING
+    return Event(kind, min(first, 1.0), corner, close)
 
 
 @inlined
@@ -89,7 +89,9 @@ def first_release(work: layout.Work, last: int) -> tuple[float, int]:
             if poly[1] < 0.0:
                 return 0.0, vertex
             first_coefficient = 1
-        zero = first_zero(poly, first_coefficient, last - 1, min(first, 1.0), work.local_polynomial)
+        zero = first_zero(
+            poly, first_coefficient, last - 1, min(first, 1.0), work.local_polynomial
+        )
         if zero < first:
             first = zero
             kind = vertex
@@ -138,7 +140,11 @@ def first_landing(
         if leading_zeros > 0 and work.polynomial[leading_zeros] <= 0.0:
             continue  # sinks by a rounding; if by more, it lands on the next step
         zero = first_zero(
-            work.polynomial, leading_zeros, last, min(first, limit, 1.0), work.local_polynomial
+            work.polynomial,
+            leading_zeros,
+            last,
+            min(first, limit, 1.0),
+            work.local_polynomial,
         )
         if zero < first:
             first = zero
@@ -156,7 +162,9 @@ def _zeros_on_plate(work: layout.Work) -> int:
     rest_speed = AT_REST * step
     if work.polynomial[1] > rest_speed:
         return 1
-    if work.polynomial[1] < -rest_speed or work.polynomial[2] < -SINKING * (step * step):
+    if work.polynomial[1] < -rest_speed or work.polynomial[2] < -SINKING * (
+        step * step
+    ):
         return 0
     return 2
 
@@ -203,8 +211,13 @@ def list_candidates(
         direction_change += size
         if k > CUBIC:
             curvature += size + abs(series[k, layout.ZS])
-    if body.neighbour.shape[0] > 0 and direction_change * direction_change * body.x.shape[0] < SPREAD_LIMIT:
-        return search_neighbours(body, work, direction_change, curvature, rules.touching)
+    if (
+        body.neighbour.shape[0] > 0
+        and direction_change * direction_change * body.x.shape[0] < SPREAD_LIMIT
+    ):
+        return search_neighbours(
+            body, work, direction_change, curvature, rules.touching
+        )
     return search_balls(body, work, curvature, rules.touching)
 
 
@@ -217,7 +230,9 @@ def search_balls(
     ball_range = body.ball_range
     count = node = 0
     while node < ball.shape[0]:
-        path = _path_below(work.series, read_row(ball, node, layout.BALL_CENTRE), curvature)
+        path = _path_below(
+            work.series, read_row(ball, node, layout.BALL_CENTRE), curvature
+        )
         if _lowest_height(path) - ball[node, layout.BALL_RADIUS] > margin:
             node = ball_range[node, layout.BALL_NEXT]
             continue
@@ -232,7 +247,11 @@ def search_balls(
 
 @inlined
 def search_neighbours(
-    body: layout.DropBody, work: layout.Work, direction_change: float, curvature: float, margin: float
+    body: layout.DropBody,
+    work: layout.Work,
+    direction_change: float,
+    curvature: float,
+    margin: float,
 ) -> int:
     """Candidates by way of the neighbours: every cone within `direction_change` of the direction."""
     work.tally[layout.SEARCH] += 1
@@ -352,11 +371,16 @@ def _list_corner(
 
 
 @inlined
-def put_soonest_first(candidates: Index, landing_bound: Array, begin: int, end: int) -> None:
+def put_soonest_first(
+    candidates: Index, landing_bound: Array, begin: int, end: int
+) -> None:
     """Put the corner that may land soonest in front: its landing rules out most others."""
     soonest = begin
     for i in range(begin + 1, end):
         if landing_bound[i] < landing_bound[soonest]:
             soonest = i
     candidates[begin], candidates[soonest] = candidates[soonest], candidates[begin]
-    landing_bound[begin], landing_bound[soonest] = landing_bound[soonest], landing_bound[begin]
+    landing_bound[begin], landing_bound[soonest] = (
+        landing_bound[soonest],
+        landing_bound[begin],
+    )

@@ -119,7 +119,10 @@ def _follow_drop(
 
 @inlined
 def judge_outcome(
-    body: layout.DropBody, rules: layout.DropRules, highest_exit: float, work: layout.Work
+    body: layout.DropBody,
+    rules: layout.DropRules,
+    highest_exit: float,
+    work: layout.Work,
 ) -> tuple[int, int]:
     """Whether and how the drop has ended, and the pose (-1 while it has not)."""
     is_resting = work.tally[layout.MODE] == layout.FACE
@@ -140,7 +143,10 @@ def judge_outcome(
 
 @inlined
 def rolls_upright(
-    body: layout.DropBody, rules: layout.DropRules, work: layout.Work, total_energy: float
+    body: layout.DropBody,
+    rules: layout.DropRules,
+    work: layout.Work,
+    total_energy: float,
 ) -> bool:
     """Whether the body rolls on a rim, and has not the energy to tip over an edge of it.
 

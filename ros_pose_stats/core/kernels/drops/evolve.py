@@ -66,12 +66,16 @@ def prepare_step(
     clock = work.clock
     turning_speed = length(layout.spin_of(state))
     if work.tally[layout.MODE] == layout.FLIGHT:
-        clear_time = 0.0  # time for which the centre of mass stays a radius above the plate
+        clear_time = (
+            0.0  # time for which the centre of mass stays a radius above the plate
+        )
         if state[layout.Z] > 1.0:
             clear_time = state[layout.V] + math.sqrt(
                 state[layout.V] * state[layout.V] + 2.0 * (state[layout.Z] - 1.0)
             )
-        if turning_speed * clear_time > FREE_TURN and rotate_freely(state, body.moment, clear_time):
+        if turning_speed * clear_time > FREE_TURN and rotate_freely(
+            state, body.moment, clear_time
+        ):
             state[layout.Z] += clear_time * (state[layout.V] - 0.5 * clear_time)
             state[layout.V] -= clear_time
             clock[layout.TIME] += clear_time
@@ -210,7 +214,11 @@ def sample_motion(
         while True:
             remaining_time = times[i] - time
             turning_speed = length(layout.spin_of(state))
-            step = LONGEST_STEP if turning_speed * LONGEST_STEP < TURN else TURN / turning_speed
+            step = (
+                LONGEST_STEP
+                if turning_speed * LONGEST_STEP < TURN
+                else TURN / turning_speed
+            )
             step = max(min(step, remaining_time), 1e-12)
             if mode == layout.FLIGHT:
                 last = free_series(state, moment, step, TRUNCATION, series)

@@ -157,7 +157,9 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
             * (moment[i] - moment[1])
             * (state[layout.W + i] * state[layout.W + i])
         )
-    first_axis, circled_axis, parity = (2, 0, -1.0) if separatrix_distance < 0.0 else (0, 2, 1.0)
+    first_axis, circled_axis, parity = (
+        (2, 0, -1.0) if separatrix_distance < 0.0 else (0, 2, 1.0)
+    )
     i1 = moment[first_axis]
     i2 = moment[1]
     i3 = moment[circled_axis]
@@ -186,7 +188,11 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
         math.sqrt(1.0 - m), arctangent(turning * w2 / top2, w1 / top1)
     )
     complementary_mean, y = arithmetic_geometric(math.sqrt(m), arctangent(sine, cosine))
-    nome = exponential(-math.pi * mean / complementary_mean) if complementary_mean > 0.0 else 0.0
+    nome = (
+        exponential(-math.pi * mean / complementary_mean)
+        if complementary_mean > 0.0
+        else 0.0
+    )
     if not nome < NOME:
         return False
     growth = exponential(2.0 * y * mean / complementary_mean)
@@ -200,17 +206,19 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     if i1 > i3:
         swing = -swing
     angle = momentum * time / i1 + swing
-    along, across = _components_of_up(state, moment, circled_axis)
+    component, normal_component = _components_of_up(state, moment, circled_axis)
     state[layout.W + first_axis] = top1 * cn
     state[layout.W + 1] = turning * top2 * sn
     state[layout.W + circled_axis] = top3 * dn
-    sine, cosine = sine_cosine(arctangent(across, along) - angle)
+    sine, cosine = sine_cosine(arctangent(normal_component, component) - angle)
     _write_up(state, moment, circled_axis, cosine, sine)
     return True
 
 
 @inlined
-def _components_of_up(state: Array, moment: Array, circled_axis: int) -> tuple[float, float]:
+def _components_of_up(
+    state: Array, moment: Array, circled_axis: int
+) -> tuple[float, float]:
     """Components of `up` along e3 x L and along L x (e3 x L), not normalised alike."""
     momentum = products(read_vector(moment, 0), layout.spin_of(state))
     normal_to_axis = _normal_to_axis(momentum, circled_axis)
@@ -223,7 +231,11 @@ def _components_of_up(state: Array, moment: Array, circled_axis: int) -> tuple[f
 
 @inlined
 def _write_up(
-    state: Array, moment: Array, circled_axis: int, along: float, across: float
+    state: Array,
+    moment: Array,
+    circled_axis: int,
+    component: float,
+    normal_component: float,
 ) -> None:
     """Set `up` in the frame of e3 x L and L x (e3 x L)."""
     momentum = products(read_vector(moment, 0), layout.spin_of(state))
@@ -233,8 +245,8 @@ def _write_up(
         state,
         layout.P,
         add(
-            divide(scale(normal_to_axis, along), length(normal_to_axis)),
-            divide(scale(normal, across), length(normal)),
+            divide(scale(normal_to_axis, component), length(normal_to_axis)),
+            divide(scale(normal, normal_component), length(normal)),
         ),
     )
 

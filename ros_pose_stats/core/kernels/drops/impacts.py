@@ -75,7 +75,9 @@ def stop_slow_vertices(
     rested = work.rest_order
     moment = layout.moments_of(body)
     velocity = Velocity(state[layout.V], layout.spin_of(state))
-    largest_cost = max(rules.soft, rules.soft_share * 0.5 * _product(velocity, velocity, moment))
+    largest_cost = max(
+        rules.soft, rules.soft_share * 0.5 * _product(velocity, velocity, moment)
+    )
     rank = 0
     for i in range(work.tally[layout.VERTICES]):
         rested[i] = 0
@@ -86,17 +88,25 @@ def stop_slow_vertices(
         constraint = Velocity(1.0, quotients(arm, moment))
         remainder = _orthogonal(constraint, work.frame, rank, moment)
         square = _product(remainder, remainder, moment)
-        if rank == 3 or square < DEPENDENT * DEPENDENT * _product(constraint, constraint, moment):
+        if rank == 3 or square < DEPENDENT * DEPENDENT * _product(
+            constraint, constraint, moment
+        ):
             rested[i] = 1
             continue
         inverse_length = 1.0 / math.sqrt(square)
-        unit = Velocity(remainder.rise * inverse_length, scale(remainder.spin, inverse_length))
-        component = _product(unit, Velocity(state[layout.V], layout.spin_of(state)), moment)
+        unit = Velocity(
+            remainder.rise * inverse_length, scale(remainder.spin, inverse_length)
+        )
+        component = _product(
+            unit, Velocity(state[layout.V], layout.spin_of(state)), moment
+        )
         if 0.5 * component * component > largest_cost:
             continue
         state[layout.V] -= component * unit.rise
         write_vector(
-            state, layout.W, subtract(layout.spin_of(state), scale(unit.spin, component))
+            state,
+            layout.W,
+            subtract(layout.spin_of(state), scale(unit.spin, component)),
         )
         work.frame[rank, layout.RISE] = unit.rise
         write_row(work.frame, rank, layout.SPIN, unit.spin)

@@ -75,7 +75,7 @@ def resolve_landing(
     Returns false where the steps granted ran out before.
     """
     state = work.state
-    near = work.vertices
+    vertices = work.vertices
     tally = work.tally
     tally[layout.MODE] = layout.FLIGHT
     is_done = False
@@ -88,14 +88,14 @@ def resolve_landing(
             break
         if speed >= -rules.slow:
             stop_slow_vertices(body, rules, work)
-            layout.write_tape(work, tape, layout.STOP, near[0])
+            layout.write_tape(work, tape, layout.STOP, vertices[0])
             struck, speed = _fastest_vertex(body, work)
             if struck < 0:
                 measure_loads(body, work)
                 tally[layout.MODE] = choose_contact(body, work)
                 is_done = True
                 break
-        j = near[struck]
+        j = vertices[struck]
         strike_vertex(
             state, body.moment, layout.corner_of(body, j), speed, rules.restitution
         )
@@ -252,7 +252,9 @@ def choose_contact(body: layout.DropBody, work: layout.Work) -> int:
 
 
 @inlined
-def _try_vertex(body: layout.DropBody, work: layout.Work, i: int, is_still: bool) -> int:
+def _try_vertex(
+    body: layout.DropBody, work: layout.Work, i: int, is_still: bool
+) -> int:
     """Mode if one vertex carries the body, `FLIGHT` if it does not."""
     arm = read_row(work.load, i, layout.ARM)
     fall = work.load[i, layout.FALL]

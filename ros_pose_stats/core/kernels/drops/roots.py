@@ -114,7 +114,9 @@ def _newton_zero(d: Array, n: int, kind: int) -> float:
             return NEVER
         if not low <= next_x <= high:
             next_x = 0.5 * (low + high)
-        if abs(next_x - x) <= NEWTON_STEP * next_x:  # the next error is about its square
+        if (
+            abs(next_x - x) <= NEWTON_STEP * next_x
+        ):  # the next error is about its square
             return float(next_x)
         x = next_x
     return float(x)

@@ -243,7 +243,9 @@ def _write_forces(
             )
     if edge:
         undetermined = force
-        force = inverse_determinant * (series[0, M22] * undetermined - series[0, M12] * torque)
+        force = inverse_determinant * (
+            series[0, M22] * undetermined - series[0, M12] * torque
+        )
         torque = inverse_determinant * (
             series[0, M11] * torque - series[0, M12] * undetermined
         )

@@ -14,7 +14,7 @@ from ..body.arcs import OVER_ANGLE, OVER_LENGTH, SUMS, Arcs, add_arc, make_arcs
 from ..body.convex_body import BodyArrays
 from ..compilation import entry_kernel, inlined, kernel
 from ..levels.merge_tree import MergeTree, faces_of
-from ..vectors import dot, inverse_of, point_at
+from ..vectors import dot, point_at
 
 # columns of a component's additive measures (6,)
 AREA = 0  # solid angle with r < level
@@ -70,12 +70,12 @@ SHORTEST_ARCS = 1e-9
 def write_features(row: Array, measures: Array, level: float, lowest: float) -> None:
     """Turn additive measures of a component into the features above, but for those joined soon."""
     area = max(measures[AREA], 0.0) / (4.0 * math.pi)
-    area_R = max(measures[AREA_R], 0.0) / (4.0 * math.pi)
+    height_area = max(measures[AREA_R], 0.0) / (4.0 * math.pi)
     root_of_area = math.sqrt(area + SMALLEST_SHARE)
     row[LOG_AREA] = math.log(area + SMALLEST_SHARE)
-    row[SHARE_R] = min(area_R / (area + SMALLEST_SHARE), 1.0)
+    row[SHARE_R] = min(height_area / (area + SMALLEST_SHARE), 1.0)
     row[LOG_SHARE_R] = max(
-        math.log(area_R + SMALLEST_SHARE) - row[LOG_AREA], LEAST_LOG_SHARE
+        math.log(height_area + SMALLEST_SHARE) - row[LOG_AREA], LEAST_LOG_SHARE
     )
     row[DEPTH] = (level - lowest) / level
     row[LEVEL] = level
@@ -92,7 +92,12 @@ def write_features(row: Array, measures: Array, level: float, lowest: float) -> 
 
 @kernel
 def write_joined_measure(
-    features: Array, tree: MergeTree, is_split: Flags, log_measure: int, rise: float, column: int
+    features: Array,
+    tree: MergeTree,
+    is_split: Flags,
+    log_measure: int,
+    rise: float,
+    column: int,
 ) -> None:
     """Log of a measure with that of all that joins here or soon after, over the component's own.
 
@@ -104,14 +109,19 @@ def write_joined_measure(
     for j in range(joins - 1, -1, -1):
         if not is_split[j]:
             continue
-        features[j, 2, column] = math.log1p(joined_measure[j] / math.exp(features[j, 2, log_measure]))
+        features[j, 2, column] = math.log1p(
+            joined_measure[j] / math.exp(features[j, 2, log_measure])
+        )
         for c in range(2):
             joined_total = math.exp(features[j, 1 - c, log_measure]) + joined_measure[j]
-            features[j, c, column] = math.log1p(joined_total / math.exp(features[j, c, log_measure]))
+            features[j, c, column] = math.log1p(
+                joined_total / math.exp(features[j, c, log_measure])
+            )
             lower_join = tree.child[j, c] - joins - 1
             if lower_join >= 0:
                 joined_measure[lower_join] = (
-                    math.exp((tree.level[lower_join] - tree.level[j]) / rise) * joined_total
+                    math.exp((tree.level[lower_join] - tree.level[j]) / rise)
+                    * joined_total
                 )
 
 
@@ -139,9 +149,7 @@ def holding_faces(
         for x in range(3):
             for y in range(3):
                 moment += body.normal[f, x] * inertia[x, y] * body.normal[f, y]
-        cosine = dot(
-            point_at(body.normal, f), point_at(body.normal, stable[basin[f]])
-        )
+        cosine = dot(point_at(body.normal, f), point_at(body.normal, stable[basin[f]]))
         angle = math.acos(min(max(cosine, -1.0), 1.0))
         share = max(
             max(0.0, 1.0 - tilt[f] / OUTSIDE_TILT) ** 2,
@@ -196,8 +204,7 @@ def split_features(
     features = np.zeros((joins, 3, FEATURES))
     if not is_split.any():
         return features
-    inverse = inverse_of(inertia)
-    arcs = make_arcs(points, body, inertia, inverse)
+    arcs = make_arcs(points, body, inertia)
     holding, lever = holding_faces(body, stable, basin, tree, inertia)
     lowest = lowest_faces(body, stable, tree)
     lists = _list_arcs(body, tree, is_split, arcs)
@@ -216,9 +223,7 @@ def split_features(
             sums[c, HOLDING_AREA] = holding[end] - holding[begin]
             sums[c, LEVER] = lever[end] - lever[begin]
             arc[:] = 0.0
-            _add_unfinished_arcs(
-                arc, lists, node, level, points, body, arcs, inertia, inverse
-            )
+            _add_unfinished_arcs(arc, lists, node, level, arcs)
             arc += lists.finished[node]
             sums[c, SWEPT] = arc[OVER_ANGLE]
             sums[c, ROLLED] = arc[OVER_LENGTH]
@@ -267,15 +272,7 @@ def _list_arcs(
 
 @inlined
 def _add_unfinished_arcs(
-    arc: Array,
-    lists: ArcLists,
-    node: int,
-    level: float,
-    points: Array,
-    body: BodyArrays,
-    arcs: Arcs,
-    inertia: Array,
-    inverse: Array,
+    arc: Array, lists: ArcLists, node: int, level: float, arcs: Arcs
 ) -> None:
     """Add sums (SUMS,) of what the level has reached of the arcs, passed ones out."""
     previous = -1
@@ -293,8 +290,10 @@ def _add_unfinished_arcs(
                 lists.tail[node] = previous
         else:
             if level > arcs.bottom[k]:
-                begin = max(arcs.begin[k], math.acos(min(level / body.reach[k], 1.0)))
-                add_arc(arc, k, begin, points, body, arcs, inertia, inverse)
+                begin = max(
+                    arcs.begin[k], math.acos(min(level / arcs.body.reach[k], 1.0))
+                )
+                add_arc(arc, arcs, k, begin)
             previous = k
         k = following
 

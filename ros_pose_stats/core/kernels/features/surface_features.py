@@ -116,45 +116,14 @@ def _meets_third(touched_regions: Index, v: int, g: int) -> bool:
 
 
 # How many products of components are the same monomial, in the order of `_monomials`.
-_MULTIPLICITY = np.array(
-    [
-        1,
-        1,
-        1,
-        1,
-        1,
-        2,
-        2,
-        1,
-        2,
-        1,
-        1,
-        3,
-        3,
-        3,
-        6,
-        3,
-        1,
-        3,
-        3,
-        1,
-        1,
-        4,
-        4,
-        6,
-        12,
-        6,
-        4,
-        12,
-        12,
-        4,
-        1,
-        4,
-        6,
-        4,
-        1,
-    ],
-    dtype=np.float64,
+_MULTIPLICITY = np.concatenate(
+    (
+        [1.0],
+        [1.0, 1.0, 1.0],
+        [1.0, 2.0, 2.0, 1.0, 2.0, 1.0],
+        [1.0, 3.0, 3.0, 3.0, 6.0, 3.0, 1.0, 3.0, 3.0, 1.0],
+        [1.0, 4.0, 4.0, 6.0, 12.0, 6.0, 4.0, 12.0, 12.0, 4.0, 1.0, 4.0, 6.0, 4.0, 1.0],
+    )
 )
 
 # Where each degree begins in that order.

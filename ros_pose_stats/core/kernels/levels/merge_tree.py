@@ -115,11 +115,7 @@ def _put_shallow_first(
 
     Shallow regions join each other first: rounding must not decide which of them is one pose.
     """
-    end = begin + 1
-    while (
-        end < order.shape[0] and levels[order[end]] - levels[order[begin]] <= SAME_LEVEL
-    ):
-        end += 1
+    end = _end_of_tie(levels, order, begin, SAME_LEVEL)
     if end - begin > 1:
         depth = np.empty(end - begin)
         for j in range(begin, end):
@@ -129,6 +125,17 @@ def _put_shallow_first(
                 bottom[find_representative(link, basin[body.face[body.twin[k]]])],
             )
         order[begin:end] = order[begin:end][stable_order(depth)]
+    return end
+
+
+@inlined
+def _end_of_tie(levels: Array, order: Index, begin: int, tolerance: float) -> int:
+    """Where the borders end that tie with the one at `begin`."""
+    end = begin + 1
+    while end < order.shape[0]:
+        if levels[order[end]] - levels[order[begin]] > tolerance:
+            break
+        end += 1
     return end
 
 
@@ -270,14 +277,9 @@ def _put_lower_first(
     begin: int,
 ) -> int:
     """Order borders that tie with the one at `begin` by the face across; where the tie ends."""
-    end = begin + 1
-    while (
-        end < order.shape[0]
-        and levels[order[end]] - levels[order[begin]] <= SAME_HEIGHT
-    ):
-        end += 1
+    end = _end_of_tie(levels, order, begin, SAME_HEIGHT)
     if end - begin > 1:
-        across = np.empty(end - begin)
+        elder_rank = np.empty(end - begin)
         for j in range(begin, end):
             k = sides[order[j]]
             s = basin[body.face[k]]
@@ -288,8 +290,8 @@ def _put_lower_first(
                 < rank[find_representative(component, t)]
                 else t
             )
-            across[j - begin] = rank[elder]
-        order[begin:end] = order[begin:end][stable_order(across)]
+            elder_rank[j - begin] = rank[elder]
+        order[begin:end] = order[begin:end][stable_order(elder_rank)]
     return end
 
 

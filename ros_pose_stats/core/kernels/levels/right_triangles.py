@@ -140,7 +140,8 @@ def _measure_triangle(
     else:
         triangles.leg[i] = abs(s)
         turn = math.atan2(abs(a), abs(s))
-        triangles.final_level[i], triangles.final_area[i] = v, triangles.area[i]
+        triangles.final_level[i] = v
+        triangles.final_area[i] = triangles.area[i]
     triangles.turn[i] = turn if s * a > 0.0 else -turn
 
 
@@ -174,9 +175,9 @@ def _write_limits_R(
         if is_seen[body.corner[k]]:
             continue
         is_seen[body.corner[k]] = True
-        highest_R, lowest = _highest_in_cell(body, k)
-        _close_cell(body, k, highest_R, triangles)
-        if highest_R <= highest:
+        top_level, lowest = _highest_in_cell(body, k)
+        _close_cell(body, k, top_level, triangles)
+        if top_level <= highest:
             area = _cell_area(body, k)
             triangles.final_area[2 * lowest] = area
             triangles.full_area[body.face[lowest]] += area
@@ -193,36 +194,36 @@ def _highest_in_cell(body: BodyArrays, k: int) -> tuple[float, int]:
     """Highest R around the corner where side k starts, and the side there of the lowest face."""
     distance = body.distance
     face = body.face
-    highest_R = 0.0
+    top_level = 0.0
     lowest = k
     is_peak = True
     side = k
     for _ in range(face.shape[0]):
-        highest_R = max(highest_R, distance[face[side]])
+        top_level = max(top_level, distance[face[side]])
         if body.inset[side] > 0.0 and body.inset[body.twin[side]] > 0.0:
-            highest_R = max(highest_R, body.reach[side])
+            top_level = max(top_level, body.reach[side])
         is_peak = is_peak and body.start[side] >= 0.0
         if distance[face[side]] < distance[face[lowest]]:
             lowest = side
         side = _next_around(body, side)
         if side == k:
             break
-    return body.radius[body.corner[k]] if is_peak else highest_R, lowest
+    return body.radius[body.corner[k]] if is_peak else top_level, lowest
 
 
 @inlined
 def _close_cell(
-    body: BodyArrays, k: int, highest_R: float, triangles: RightTriangles
+    body: BodyArrays, k: int, top_level: float, triangles: RightTriangles
 ) -> None:
-    """From the level `highest_R` on the triangles around the corner where side k starts count 0."""
+    """From the level `top_level` on the triangles around the corner where side k starts count 0."""
     side = k
     for _ in range(body.face.shape[0]):
         f = body.face[side]
         previous = side - 1 if side > body.face_start[f] else body.face_start[f + 1] - 1
         for i in (2 * side, 2 * previous + 1):
-            triangles.final_level[i] = highest_R
+            triangles.final_level[i] = top_level
             triangles.final_area[i] = 0.0
-        triangles.full_level[f] = max(triangles.full_level[f], highest_R)
+        triangles.full_level[f] = max(triangles.full_level[f], top_level)
         side = _next_around(body, side)
         if side == k:
             break

@@ -142,7 +142,9 @@ def descend_splits(
             log_weight[c] = weight[j, c]
             lower_join = node - joins - 1
             if lower_join >= 0 and is_split[lower_join]:
-                log_weight[c] += carried_share[j, c] * (whole_weight[node] - weight[lower_join, 2])
+                log_weight[c] += carried_share[j, c] * (
+                    whole_weight[node] - weight[lower_join, 2]
+                )
         largest = max(log_weight[0], log_weight[1])
         share[j] = np.exp(log_weight - largest)
         total = share[j, 0] + share[j, 1]

@@ -22,7 +22,6 @@ from ..array_types import (
     FixedIndex1,
     Index,
     Index1,
-    Slots,
     Slots1,
 )
 from ..compilation import entry_kernel, inlined, kernel
@@ -38,6 +37,8 @@ from ..vectors import (
 )
 from .connections import find_representative, join_sets
 
+ORIGIN = Vec3(0.0, 0.0, 0.0)
+
 WIDTH = 16.0
 """Side of a cube in units of the distance asked for."""
 
@@ -48,6 +49,19 @@ class Cube(NamedTuple):
     x: int
     y: int
     z: int
+
+
+class Cubes(NamedTuple):
+    """Points in a hashed grid of cubes, as in the docstring above."""
+
+    head: Slots1  # a power of two
+    chain: Slots1  # (N,)
+
+
+@kernel
+def new_cubes(count: int) -> Cubes:
+    """Grid for that many points, still empty."""
+    return Cubes(np.full(slots_for(count), -1, np.int32), np.empty(count, np.int32))
 
 
 @kernel
@@ -78,11 +92,17 @@ def cube_at(point: Vec3, offset: float, low: Vec3, width: float) -> Cube:
 
 
 @inlined
-def insert_point(head: Slots, chain: Slots, i: int, cube: Cube) -> None:
+def insert_point(cubes: Cubes, i: int, cube: Cube) -> None:
     """Put point `i` into a cube."""
-    slot = slot_of(cube, head.shape[0])
-    chain[i] = head[slot]
-    head[slot] = i
+    slot = slot_of(cube, cubes.head.shape[0])
+    cubes.chain[i] = cubes.head[slot]
+    cubes.head[slot] = i
+
+
+@inlined
+def latest_point(cubes: Cubes, cube: Cube) -> int:
+    """Point from which the chain of a cube's slot runs, -1 for none."""
+    return int(cubes.head[slot_of(cube, cubes.head.shape[0])])
 
 
 @entry_kernel
@@ -91,8 +111,7 @@ def first_of_coincident(
 ) -> tuple[bool, Index]:
     """Whether points coincide, and for each the lowest number of those it coincides with."""
     count = points.shape[0]
-    head = np.full(slots_for(count), -1, np.int32)
-    chain = np.empty(count, np.int32)
+    cubes = new_cubes(count)
     first = np.arange(count)
     corner = read_vector(low, 0)
     width = WIDTH * tolerance
@@ -100,15 +119,15 @@ def first_of_coincident(
         point = point_at(points, i)
         own_cube = cube_at(point, 0.0, corner, width)
         # A point that repeats another has its neighbours, and need not stand beside it.
-        if _join_coincident(points, head, chain, first, i, own_cube, tolerance):
+        if _join_coincident(points, cubes, first, i, own_cube, tolerance):
             continue
         nearest = cube_at(point, -tolerance, corner, width)
         farthest = cube_at(point, tolerance, corner, width)
         if nearest.x < farthest.x or nearest.y < farthest.y or nearest.z < farthest.z:
             _join_in_cubes(
-                points, head, chain, first, i, own_cube, nearest, farthest, tolerance
+                points, cubes, first, i, own_cube, nearest, farthest, tolerance
             )
-        insert_point(head, chain, i, own_cube)
+        insert_point(cubes, i, own_cube)
     has_coincident = False
     for i in range(count):
         first[i] = find_representative(first, i)
@@ -119,8 +138,7 @@ def first_of_coincident(
 @inlined
 def _join_in_cubes(
     points: Array,
-    head: Slots,
-    chain: Slots,
+    cubes: Cubes,
     first: Index,
     i: int,
     own_cube: Cube,
@@ -133,30 +151,27 @@ def _join_in_cubes(
         for y in range(nearest.y, farthest.y + 1):
             for z in range(nearest.z, farthest.z + 1):
                 if x != own_cube.x or y != own_cube.y or z != own_cube.z:
-                    _join_coincident(
-                        points, head, chain, first, i, Cube(x, y, z), tolerance
-                    )
+                    _join_coincident(points, cubes, first, i, Cube(x, y, z), tolerance)
 
 
 @inlined
 def _join_coincident(
     points: Array,
-    head: Slots,
-    chain: Slots,
+    cubes: Cubes,
     first: Index,
     i: int,
     cube: Cube,
     tolerance: float,
 ) -> bool:
     """Join point `i` to those of a cube that it coincides with; tell whether it repeats one."""
-    j = head[slot_of(cube, head.shape[0])]
+    j = latest_point(cubes, cube)
     while j >= 0:
         offset = subtract(point_at(points, j), point_at(points, i))
         if dot(offset, offset) <= tolerance * tolerance:
             join_sets(first, i, j)
             if offset.x == 0.0 and offset.y == 0.0 and offset.z == 0.0:
                 return True
-        j = chain[j]
+        j = cubes.chain[j]
     return False
 
 
@@ -164,8 +179,7 @@ class FeatureGrid(NamedTuple):
     """Features in a grid of cubes by their places."""
 
     rows: Array2  # (N, 3) or (N, 7)
-    head: Slots1  # as in the docstring above
-    chain: Slots1  # (N,)
+    cubes: Cubes
     reach: float  # largest distance of like features
     last_match: Index1  # (N,) scratch: the last trial in which a feature was matched
     trials: Index1  # (1,) number of trials so far
@@ -175,16 +189,13 @@ class FeatureGrid(NamedTuple):
 def feature_grid(rows: Fixed2, reach: float) -> FeatureGrid:
     """Put features (N, 3) or (N, 7) into a grid that serves distances up to `reach`."""
     count = rows.shape[0]
-    head = np.full(slots_for(count), -1, np.int32)
-    chain = np.empty(count, np.int32)
+    cubes = new_cubes(count)
     width = WIDTH * reach
     # From the last, so that chains run from the first.
     for i in range(count - 1, -1, -1):
-        insert_point(
-            head, chain, i, cube_at(point_at(rows, i), 0.0, Vec3(0.0, 0.0, 0.0), width)
-        )
+        insert_point(cubes, i, cube_at(point_at(rows, i), 0.0, ORIGIN, width))
     return FeatureGrid(
-        rows, head, chain, reach, np.zeros(count, np.int64), np.zeros(1, np.int64)
+        rows, cubes, reach, np.zeros(count, np.int64), np.zeros(1, np.int64)
     )
 
 
@@ -192,8 +203,6 @@ def feature_grid(rows: Fixed2, reach: float) -> FeatureGrid:
 def first_unmatched(grid: FeatureGrid, rotation: Fixed2, chosen: FixedIndex1) -> int:
     """First of the chosen features with no feature of its own where it is turned to, or -1."""
     rows = grid.rows
-    head = grid.head
-    chain = grid.chain
     last_match = grid.last_match
     grid.trials[0] += 1
     trial = grid.trials[0]
@@ -201,7 +210,7 @@ def first_unmatched(grid: FeatureGrid, rotation: Fixed2, chosen: FixedIndex1) ->
     for m in range(chosen.shape[0] if chosen.shape[0] > 0 else rows.shape[0]):
         i = chosen[m] if chosen.shape[0] > 0 else m
         _write_image(rows, i, rotation, image)
-        partner = _nearest_feature(rows, head, chain, image, grid.reach)
+        partner = _nearest_feature(grid, image)
         if partner < 0 or last_match[partner] == trial:
             return i
         last_match[partner] = trial
@@ -219,21 +228,20 @@ def _write_image(rows: Array, i: int, rotation: Array, image: Array) -> None:
 
 
 @inlined
-def _nearest_feature(
-    rows: Array, head: Slots, chain: Slots, image: Array, reach: float
-) -> int:
-    """Feature closest to a row, -1 when none is closer than `reach`."""
+def _nearest_feature(grid: FeatureGrid, image: Array) -> int:
+    """Feature closest to a row, -1 when none is closer than the reach."""
+    rows = grid.rows
+    reach = grid.reach
     position = read_vector(image, 0)
-    origin = Vec3(0.0, 0.0, 0.0)
     width = WIDTH * reach
-    low = cube_at(position, -reach, origin, width)
-    high = cube_at(position, reach, origin, width)
+    low = cube_at(position, -reach, ORIGIN, width)
+    high = cube_at(position, reach, ORIGIN, width)
     least_square = reach * reach
     partner = -1
     for x in range(low.x, high.x + 1):
         for y in range(low.y, high.y + 1):
             for z in range(low.z, high.z + 1):
-                j = head[slot_of(Cube(x, y, z), head.shape[0])]
+                j = latest_point(grid.cubes, Cube(x, y, z))
                 while j >= 0:
                     square = 0.0
                     for k in range(rows.shape[1]):
@@ -242,5 +250,5 @@ def _nearest_feature(
                     if square < least_square:
                         least_square = square
                         partner = j
-                    j = chain[j]
+                    j = grid.cubes.chain[j]
     return partner
