@@ -1,7 +1,8 @@
 """Arrays by number of dimensions, as kernels and their tuples declare them.
 
-A type checker sees NumPy arrays; `signature_of` finds what numba is to compile for. What a kernel
-only reads is declared `Fixed`: such an argument may be read-only or not; any other is written to.
+A type checker sees NumPy arrays; `signature_of` finds what numba is to compile for.
+What a kernel only reads is declared `Fixed`: such an argument may be read-only or not;
+any other is written to.
 """
 
 from collections.abc import Callable
@@ -34,7 +35,7 @@ SCALARS = {float: types.float64, int: types.int64, bool: types.boolean}
 
 
 def signature_of(function: Callable[..., Any]) -> tuple[Any, ...]:
-    """Types of the arguments: numbers, arrays from this module and named tuples of them."""
+    """Types of the arguments: numbers, arrays of this module, named tuples of them."""
     hints = get_type_hints(function, include_extras=True)
     hints.pop("return", None)
     return tuple(_type_of(hint) for hint in hints.values())

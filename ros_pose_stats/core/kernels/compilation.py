@@ -1,4 +1,4 @@
-"""How kernels are compiled: each for one signature, that of its annotations, and only once."""
+"""How kernels are compiled: once, for the signature of their annotations."""
 
 import os
 import signal
@@ -35,8 +35,8 @@ INLINED: dict[str, Any] = {"forceinline": True, "_nrt": False}
 class Helper:
     """A function that becomes part of the kernels that call it.
 
-    numba's dispatcher of it is made when a kernel is compiled: to make a hundred takes as long as
-    loading the machine code.
+    numba's dispatcher of it is made when a kernel is compiled: to make a hundred takes
+    as long as loading the machine code.
     """
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
@@ -67,10 +67,10 @@ typeof_impl.register(
 class EntryKernel(KernelDispatcher):
     """An outermost kernel: one signature, its machine code on disk.
 
-    Arguments of other types are refused, for to compile anew takes as long as a thousand runs.
-    Types are made with the kernel (`declared`): numba gives two numbers to a type that two threads
-    make at once. `_cache` is where numba's dispatcher looks before it compiles, and keeps what it
-    has compiled.
+    Arguments of other types are refused, for to compile anew takes as long as a
+    thousand runs. Types are made with the kernel (`declared`): numba gives two numbers
+    to a type that two threads make at once. `_cache` is where numba's dispatcher looks
+    before it compiles, and keeps what it has compiled.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -81,7 +81,7 @@ class EntryKernel(KernelDispatcher):
         self._has_run = False
 
     def __call__(self, *arguments: Any) -> Any:
-        """Run the kernel, alone the first time: in other threads numba might find no code."""
+        """Run it, alone the first time: in other threads numba might find no code."""
         if self._has_run:
             return super().__call__(*arguments)
         with self._first_call:
@@ -112,14 +112,16 @@ _entry_kernels: list[EntryKernel] = []
 
 def kernel(function: Function) -> Function:
     """Compile a helper into the kernels that call it."""
-    return function if config.DISABLE_JIT else Helper(function)  # type: ignore[return-value]
+    if config.DISABLE_JIT:
+        return function
+    return Helper(function)  # type: ignore[return-value]
 
 
 def inlined(function: Function) -> Function:
-    """Compile a helper that is merged into its caller and borrows the arrays it is handed.
+    """Compile a helper that is merged into its caller and borrows its arrays.
 
-    Counting their references would cost more than its arithmetic. It cannot make arrays of its
-    own.
+    Counting their references would cost more than its arithmetic. It cannot make arrays
+    of its own.
     """
     if config.DISABLE_JIT:
         return function
@@ -136,7 +138,7 @@ def entry_kernel(function: Function) -> Function:
 
 
 def all_kernels() -> list[EntryKernel]:
-    """Every outermost kernel of the package; none where numba is told not to compile."""
+    """Every outermost kernel of the package; none where numba does not compile."""
     package = import_module(__package__)
     for module in walk_packages(package.__path__, f"{__package__}."):
         import_module(module.name)
@@ -148,7 +150,7 @@ def all_kernels() -> list[EntryKernel]:
 
 
 def prepare_kernels() -> None:
-    """Load the machine code of all kernels imported so far; compile what there is none of."""
+    """Load or compile the machine code of all kernels imported so far."""
     for kernel in _entry_kernels:
         kernel.prepare()
 
@@ -168,13 +170,13 @@ FAMILIES = (
     ("levels.splits", "features.split_features", "features.corner_crowding"),
     ("body.convex_body", "body.coplanar", "features.surface_features"),
 )
-"""Modules whose kernels share helpers, which are compiled once a process; longest first."""
+"""Modules whose kernels share helpers, compiled once a process; longest first."""
 
 GLANCE = 0.1  # seconds between looks at what has been stored
 
 
 def compile_missing(on_progress: Callable[[int, int], object]) -> int:
-    """Compile all kernels that are not stored, on all cores; how many there were to compile.
+    """Compile all kernels that are not stored, on all cores; return their number.
 
     Nothing is done where the code could be kept for this process alone.
     """

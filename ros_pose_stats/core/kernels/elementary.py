@@ -1,12 +1,12 @@
 """Elementary functions that round alike on every processor.
 
-The C library picks its sine by the processor that it finds, and fuses multiplications with
-additions where it can, so that the last bit of a result depends on the machine; and drops are
-chaotic. The functions here consist of additions, multiplications and divisions alone, which IEEE
-754 rounds in one way, in an order that the compiler keeps.
+The C library picks its sine by the processor that it finds, and fuses multiplications
+with additions where it can, so that the last bit of a result depends on the machine;
+and drops are chaotic. The functions here consist of additions, multiplications and
+divisions alone, which IEEE 754 rounds in one way, in an order that the compiler keeps.
 
-Arguments are reduced until a few terms of the Taylor series do (DLMF 4.19, 4.2.19, 4.6.4, 4.24.3).
-The constants are those of the series; nothing is fitted.
+Arguments are reduced until a few terms of the Taylor series do (DLMF 4.19, 4.2.19,
+4.6.4, 4.24.3). The constants are those of the series; nothing is fitted.
 """
 
 import math
@@ -17,13 +17,15 @@ from .array_types import Array, Fixed1
 from .compilation import entry_kernel, kernel
 
 _QUARTERS_PER_RADIAN = 2.0 / math.pi
-# pi / 2 in three parts. Two have 33 bits, so that up to 2^20 quarter turns times them are exact.
+# pi / 2 in three parts. Two have 33 bits, so that up to 2^20 quarter turns times them
+# are exact.
 _QUARTER_HIGH = 1.5707963267341256
 _QUARTER_MIDDLE = 6.077100506303966e-11
 _QUARTER_LOW = 2.0222662487959506e-21
 
 _LN2 = math.log(2.0)
-# ln 2 in two parts. The first has 32 bits: its products with binary exponents are exact.
+# ln 2 in two parts. The first has 32 bits: its products with binary exponents are
+# exact.
 _LN2_HIGH = 0.6931471803691238
 _LN2_LOW = 1.9082149292705877e-10
 
@@ -64,7 +66,7 @@ def sine_cosine(x: float) -> tuple[float, float]:
 
 @kernel
 def arctangent(y: float, x: float) -> float:
-    """Angle of the point (x, y) in radians, from -pi to pi; 0 for the origin, NaN for none."""
+    """Angle of (x, y) in radians, from -pi to pi; 0 for the origin, NaN for none."""
     width = abs(x)
     height = abs(y)
     smaller = min(width, height)
@@ -90,7 +92,7 @@ def arctangent(y: float, x: float) -> float:
 
 @kernel
 def split_binary(x: float) -> tuple[float, int]:
-    """Significand from sqrt(1/2) to sqrt(2), and binary exponent, of a normal number above 0."""
+    """Significand, sqrt(1/2) to sqrt(2), and binary exponent of a normal number > 0."""
     bits = np.float64(x).view(np.int64)
     n = (bits >> 52) - 1023
     m = np.int64(bits & 0x000FFFFFFFFFFFFF | 0x3FF0000000000000).view(np.float64)
@@ -124,7 +126,7 @@ def exponential(x: float) -> float:
 
 @kernel
 def rough_root(x: float, order: int) -> float:
-    """Root of a normal number above 0, to 1e-5 of it: enough for the length of a step."""
+    """Root of a normal number above 0, to 1e-5: enough for the length of a step."""
     m, n = split_binary(x)
     s = (m - 1.0) / (m + 1.0)
     q = s * s

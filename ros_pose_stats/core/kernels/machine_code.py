@@ -1,16 +1,18 @@
 """The machine code of kernels: how it is made, and where it is kept.
 
-numba compiles for the very processor it runs on, and optimises and emits every helper by
-itself and again within each of its callers. Here the code is made for a named baseline of
-processors, so that it is the same on all machines that have it, and a helper is made ready to be
-linked and nothing more, which halves the time to compile.
+numba compiles for the very processor it runs on, and optimises and emits every helper
+by itself and again within each of its callers. Here the code is made for a named
+baseline of processors, so that it is the same on all machines that have it, and a
+helper is made ready to be linked and nothing more, which halves the time to compile.
 
-numba's own cache goes by the path and time stamp of the file that defines a function, and
-does not notice an edit in a helper or a constant imported from elsewhere. Here it is one file a
-kernel, in a folder whose name is a digest of every source that a kernel can depend on and of the
-compiler, and below it of the baseline: any checkout or installation of the same sources finds it.
+numba's own cache goes by the path and time stamp of the file that defines a function,
+and does not notice an edit in a helper or a constant imported from elsewhere. Here it
+is one file a kernel, in a folder whose name is a digest of every source that a kernel
+can depend on and of the compiler, and below it of the baseline: any checkout or
+installation of the same sources finds it.
 
-numba has no public way to either. Each of its private members that is used says what it is for.
+numba has no public way to either. Each of its private members that is used says what it
+is for.
 """
 
 import hashlib
@@ -25,7 +27,8 @@ from pathlib import Path
 from typing import Any
 
 if "numba" not in sys.modules:
-    # Intel's library of vector functions would round sums of sines its own way where installed.
+    # Intel's library of vector functions would round sums of sines its own way where
+    # installed.
     os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
 
 import llvmlite
@@ -51,7 +54,7 @@ SEAL = 32
 
 
 def baseline() -> str:
-    """LLVM's name of the processors that kernels are compiled for; `$NUMBA_CPU_NAME` wins."""
+    """LLVM's name of the processors compiled for; `$NUMBA_CPU_NAME` wins."""
     if config.CPU_NAME:
         return str(config.CPU_NAME)
     return _baseline_of_this_machine()
@@ -66,9 +69,10 @@ def _baseline_of_this_machine() -> str:
 
 
 class KernelLibrary(core.codegen.JITCodeLibrary):
-    """Code of one function and all that it calls, optimised and emitted once it is to run.
+    """Code of a function and all that it calls, optimised once it is to run.
 
-    `_final_module` is that code, and `_ensure_finalized` and `_get_module_for_linking` close it.
+    `_final_module` is that code, and `_ensure_finalized` and `_get_module_for_linking`
+    close it.
     """
 
     _emitted = False
@@ -81,7 +85,7 @@ class KernelLibrary(core.codegen.JITCodeLibrary):
         """Nothing before it is to run."""
 
     def _finalize_final_module(self) -> None:
-        """Emit what comes from the disk; all else is closed (`_finalized`), to be linked."""
+        """Emit what is from the disk; close all else (`_finalized`), to be linked."""
         if self._object_caching_enabled and self._compiled_object is not None:
             self._emitted = True
             super()._finalize_final_module()
@@ -100,7 +104,7 @@ class KernelLibrary(core.codegen.JITCodeLibrary):
         return int(super().get_pointer_to_function(name))
 
     def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
-        """Machine code and the names in it; LLVM's form would make files five times as large."""
+        """Machine code and its names; LLVM's form would be five times as large."""
         self._ensure_finalized()
         return (
             self.name,
@@ -159,7 +163,7 @@ class KernelContext(core.cpu.CPUContext):
     """Lowers kernels."""
 
     def init(self) -> None:
-        """Make what generates the code, which numba's context keeps as `_internal_codegen`."""
+        """Make what generates the code, numba's `_internal_codegen`."""
         super().init()
         self._internal_codegen = KernelCodegen("ros_pose_stats.core.kernels")
 
@@ -223,7 +227,8 @@ def source_digest() -> str:
 def cache_directory() -> Path:
     """Directory of the machine code: `$NUMBA_CACHE_DIR` or the user's cache, by digest.
 
-    Else a folder for this process alone. The code is unpickled, so none of another owner is taken.
+    Else a folder for this process alone. The code is unpickled, so none of another
+    owner is taken.
     """
     name = source_digest()
     roots = [
@@ -251,9 +256,9 @@ class DamagedCodeError(Exception):
 class KernelFile:
     """The file of one kernel, behind the interface of numba's caches.
 
-    `_reduce` takes a compiled kernel apart into what can be pickled, and `_rebuild` puts it
-    together again. `fill_store` is called once, where code is missing for the first time; it may
-    make all that is.
+    `_reduce` takes a compiled kernel apart into what can be pickled, and `_rebuild`
+    puts it together again. `fill_store` is called once, where code is missing for the
+    first time; it may make all that is.
     """
 
     cache_path = None
@@ -269,7 +274,7 @@ class KernelFile:
         return cache_directory() / f"{baseline()}{vectors}" / f"{self._name}.code"
 
     def read(self) -> tuple[Any, ...] | None:
-        """A compiled kernel in pieces; None where there is none or only a damaged one."""
+        """A compiled kernel in pieces; None where there is none or a damaged one."""
         try:
             stored = self.file.read_bytes()
             if hashlib.sha256(stored[SEAL:]).digest() != stored[:SEAL]:
@@ -299,8 +304,8 @@ class KernelFile:
         """Keep a compiled kernel."""
         if compiled.library.has_dynamic_globals:
             raise ValueError(f"{self._name} holds addresses of this process")
-        # The last are environments of helpers, which hold nothing; to load them means to import
-        # the modules that they are from, half of numba and scipy.
+        # The last are environments of helpers, which hold nothing; to load them means
+        # to import the modules that they are from, half of numba and scipy.
         *pieces, _ = compiled._reduce()
         try:
             content = core.serialize.dumps((*pieces, ()))

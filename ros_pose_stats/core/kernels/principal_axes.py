@@ -1,7 +1,8 @@
 """Principal axes of symmetric tensors, alike on every processor.
 
-LAPACK and BLAS choose their code by the processor, and with it how they round. A drop follows
-the axes of its part to the last bit, above all where two moments are equal but for rounding.
+LAPACK and BLAS choose their code by the processor, and with it how they round. A drop
+follows the axes of its part to the last bit, above all where two moments are equal but
+for rounding.
 """
 
 import math
@@ -23,7 +24,7 @@ _PAIRS = ((0, 1, 2), (0, 2, 1), (1, 2, 0))
 
 @entry_kernel
 def is_kept(tensor: Fixed2, rotation: Fixed2, tolerance: float) -> bool:
-    """Whether a rotation carries a symmetric tensor into itself, within a share of its trace."""
+    """Whether a rotation keeps a symmetric tensor, within a share of its trace."""
     largest_difference = tolerance * (tensor[0, 0] + tensor[1, 1] + tensor[2, 2])
     for i in range(3):
         row = point_at(rotation, i)
@@ -36,10 +37,10 @@ def is_kept(tensor: Fixed2, rotation: Fixed2, tolerance: float) -> bool:
 
 @entry_kernel
 def principal_axes(tensor: Fixed2) -> tuple[Array, Array]:
-    """Rising eigenvalues, and right-handed eigenvectors as columns, by Jacobi's rotations.
+    """Rising eigenvalues and right-handed eigenvectors as columns, by Jacobi.
 
-    Golub and Van Loan, Matrix Computations, section 8.5. In the first two the largest component is
-    positive.
+    Golub and Van Loan, Matrix Computations, section 8.5. In the first two the largest
+    component is positive.
     """
     a = tensor.copy()
     axes = np.eye(3)
@@ -81,7 +82,7 @@ def _annihilate(a: Array, axes: Array, p: int, q: int, third: int) -> None:
 
 @kernel
 def _order_axes(moment: Array, axes: Array) -> None:
-    """Sort by rising moment, equal ones as they stand; then lengths and signs of the axes."""
+    """Sort by rising moment, equal ones as they stand; set lengths and signs."""
     for i, j in ((0, 1), (1, 2), (0, 1)):
         if moment[i] > moment[j]:
             moment[i], moment[j] = moment[j], moment[i]

@@ -1,4 +1,4 @@
-"""Stable sorting: whole numbers by counting digits, others by merging; and values that tie."""
+"""Stable sorting, by digits or by merging; and values that tie."""
 
 import numpy as np
 
@@ -7,8 +7,9 @@ from .compilation import entry_kernel, kernel
 
 DIGIT = 11
 SHORT_DIGIT = 6
-"""Bits looked at in one pass: the counters of a digit stay in the fastest memory; and where there
-are fewer keys than counters."""
+"""Bits looked at in one pass: the counters of a digit stay in the fastest memory; and
+where there are fewer keys than counters.
+"""
 
 RUN = 16
 """Values that are sorted by insertion before runs are merged."""
@@ -16,7 +17,7 @@ RUN = 16
 
 @kernel
 def rising_order(keys: Index) -> Index:
-    """Order (N,) that sorts keys (N,), which are 0 or more; equal ones stay as they were."""
+    """Order (N,) that sorts keys (N,) of 0 or more; equal ones stay."""
     count = keys.shape[0]
     order = np.arange(count)
     order_buffer = np.empty(count, np.int64)
@@ -51,7 +52,7 @@ def rising_order(keys: Index) -> Index:
 
 @kernel
 def falling_order(values: Array) -> Index:
-    """Order (N,) that sorts values (N,), which are 0 or more, largest first; ties stay."""
+    """Order (N,) that sorts values (N,) of 0 or more, largest first; ties stay."""
     # The bits of numbers from 0 up, read as integers, are in the order of the numbers.
     bits = np.abs(values).view(np.int64)
     largest = 0
@@ -98,7 +99,7 @@ def stable_order(values: Array) -> Index:
 def number_ties(
     values: Fixed1, tolerance: float, group: FixedIndex1, order: FixedIndex1
 ) -> tuple[Index, int]:
-    """Numbers of the ties, each of which opens at its smallest value, and how many there are.
+    """Numbers of the ties, each from its smallest value on, and their count.
 
     `order` (S,): by rising group, within a group by rising value.
     """

@@ -1,7 +1,7 @@
 """Vectors in space, kept in registers; all of this is inlined into the kernels.
 
-Sums run from the left to the right and nothing is fused, so that a formula written with these
-rounds as it does written out by components.
+Sums run from the left to the right and nothing is fused, so that a formula written with
+these rounds as it does written out by components.
 """
 
 import math
@@ -91,13 +91,13 @@ def divide(a: Vec3, divisor: float) -> Vec3:
 
 @inlined
 def products(a: Vec3, b: Vec3) -> Vec3:
-    """Product component by component, as of principal moments and an angular velocity."""
+    """Product by components, as of principal moments and an angular velocity."""
     return Vec3(a.x * b.x, a.y * b.y, a.z * b.z)
 
 
 @inlined
 def quotients(a: Vec3, b: Vec3) -> Vec3:
-    """Quotient component by component, as of an angular momentum and principal moments."""
+    """Quotient by components, as of an angular momentum and principal moments."""
     return Vec3(a.x / b.x, a.y / b.y, a.z / b.z)
 
 
@@ -121,7 +121,7 @@ def cross(a: Vec3, b: Vec3) -> Vec3:
 
 @inlined
 def length(a: Vec3) -> float:
-    """Length, by products: Python's power rounds by the C library where it runs kernels itself."""
+    """Length, by products: Python's power rounds by the C library without numba."""
     return math.sqrt(a.x * a.x + a.y * a.y + a.z * a.z)
 
 

@@ -1,12 +1,13 @@
 """Arcs along which a part rolls over its edges, measured in the metric of its motion.
 
-While an edge of the hull is down, `down` lies on the great circle between the normals of the
-edge's two faces. Q, the foot of the centre of mass on the edge's line, parts this arc into two
-halves, one a face; x is the angle from Q towards the face and R = q cos x. On either side of
-the arc another corner is the lowest point, so that crossing it means an impact. An arc counts by
-the turn at that impact: the angle between the impulses at both corners, in the metric of the
-inertia. Where a corner divides an edge, the turns over its two pieces add up to that over the
-whole, so that a corner more or less on a straight edge changes nothing.
+While an edge of the hull is down, `down` lies on the great circle between the normals
+of the edge's two faces. Q, the foot of the centre of mass on the edge's line, parts
+this arc into two halves, one a face; x is the angle from Q towards the face and R = q
+cos x. On either side of the arc another corner is the lowest point, so that crossing it
+means an impact. An arc counts by the turn at that impact: the angle between the
+impulses at both corners, in the metric of the inertia. Where a corner divides an edge,
+the turns over its two pieces add up to that over the whole, so that a corner more or
+less on a straight edge changes nothing.
 """
 
 import math
@@ -36,11 +37,14 @@ _POINTS = (-0.861136311594053, -0.339981043584856, 0.339981043584856, 0.86113631
 _WEIGHTS = (0.347854845137454, 0.652145154862546, 0.652145154862546, 0.347854845137454)
 
 TOP_SHARE = 1.0 - 1e-13
-"""Level over an arc's highest point from which on it is all below: the angle there changes with
-the root of the level, and would make much of the rounding of saddles that tie."""
+"""Level over an arc's highest point from which on it is all below.
+
+The angle there changes with the root of the level, and would make much of the rounding
+of saddles that tie.
+"""
 
 SHORTEST_ARC = 1e-24
-"""Square of the sine of an arc below which it is none: rounding would give its direction."""
+"""Squared sine of an arc below which it is none: rounding gives its direction."""
 
 # columns of an arc's sums (2,)
 OVER_ANGLE = 0  # its turn over the angle
@@ -136,7 +140,7 @@ def add_arc(sums: Array, arcs: Arcs, k: int, begin: float) -> None:
 
 @inlined
 def _rotational_energy(down: Vec3, turn: Vec3, inertia: Array) -> float:
-    """Twice the rotational energy, over the mass, of moving `down` at a velocity; p I w = 0."""
+    """Twice the rotational energy, over the mass, of moving `down`; p I w = 0."""
     spin = cross(down, turn)
     momentum = dot(down, transform(inertia, spin))
     return dot(spin, transform(inertia, spin)) - momentum * momentum / dot(

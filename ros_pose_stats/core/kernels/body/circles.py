@@ -22,9 +22,10 @@ from ..vectors import (
 )
 
 ON_CIRCLE = 1e-3
-"""Corners this close to a circle, as a fraction of the height of their arc, are a run on it.
+"""Corners this close to a circle, in heights of their arc, are a run on it.
 
-At most of its radius. Exports put them there to some 1e-6; an ellipse 1 : 1.002 is off by as much.
+At most of its radius. Exports put them there to some 1e-6; an ellipse 1 : 1.002 is off
+by as much.
 """
 
 ROUNDINGS_OFF_CIRCLE = 4.0

@@ -1,4 +1,4 @@
-"""From hull triangles to a convex body: faces, sides and their distances from the origin.
+"""From hull triangles to a convex body: faces, sides and their distances.
 
 Everything that the estimators need of a side e of face f is three lengths. With the
 centre of mass at the origin, P the foot of the perpendicular on the face, Q the foot on
@@ -36,7 +36,7 @@ from .polygons import corner_loops
 
 
 class BodyArrays(NamedTuple):
-    """A convex body about its centre of mass; lengths in units of the caller's points."""
+    """A convex body about its centre of mass, in units of the caller's points."""
 
     face_start: Index1  # (F + 1,) first side of each face
     corner: Index1  # (N,) hull point where a side starts, counter-clockwise
@@ -60,8 +60,8 @@ def build_body(
 ) -> tuple[bool, BodyArrays]:
     """Merge coplanar hull triangles into faces and measure them.
 
-    `adjacent[t, i]` lies opposite to vertex i. False where merging at this tolerance gives
-    no convex polyhedron around the origin; the arrays then say nothing.
+    `adjacent[t, i]` lies opposite to vertex i. False where merging at this tolerance
+    gives no convex polyhedron around the origin; the arrays then say nothing.
     """
     triangles = simplices.copy()
     neighbors = adjacent.copy()
@@ -167,8 +167,9 @@ def _measure_sides(points: Array, body: BodyArrays) -> None:
     """Fill in inset, start, stop and reach of each side, and the radius of each point.
 
     An edge lies along the difference of its corners, and along the line where its two
-    planes meet. Coordinates with an error eta turn the first by eta over its length and the
-    second by eta over the sine of the planes' angle, so the better of the two is taken.
+    planes meet. Coordinates with an error eta turn the first by eta over its length and
+    the second by eta over the sine of the planes' angle, so the better of the two is
+    taken.
     """
     corner = body.corner
     normal = body.normal
@@ -211,9 +212,9 @@ def _measure_sides(points: Array, body: BodyArrays) -> None:
 def _measure_angles(points: Array, body: BodyArrays) -> None:
     """Fill in the solid angle of each face, by the form that keeps its digits.
 
-    With the foot inside, the right triangles of its sides all count one way; with the foot
-    outside they cancel, and the sum of products by Van Oosterom and Strackee keeps more
-    digits.
+    With the foot inside, the right triangles of its sides all count one way; with the
+    foot outside they cancel, and the sum of products by Van Oosterom and Strackee keeps
+    more digits.
     """
     corner = body.corner
     for f in range(body.angle.shape[0]):

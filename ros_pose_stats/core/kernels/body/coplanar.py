@@ -1,8 +1,8 @@
 """Triangles of a hull gathered into planar faces.
 
-A region grows from its largest triangle over the neighbours whose vertices lie within the
-tolerance of the plane of all triangles gathered so far. That plane is kept as an area
-vector and an area-weighted centroid, so that a fan of slivers (the cap of a finely
+A region grows from its largest triangle over the neighbours whose vertices lie within
+the tolerance of the plane of all triangles gathered so far. That plane is kept as an
+area vector and an area-weighted centroid, so that a fan of slivers (the cap of a finely
 tessellated cylinder, rounded to float32) settles on the right plane while it grows.
 """
 
@@ -28,7 +28,8 @@ from ..vectors import (
     write_vector,
 )
 
-# The plane (7,) of what is gathered: area vector, sum of centroids times area, sum of areas.
+# The plane (7,) of what is gathered: area vector, sum of centroids times area, sum of
+# areas.
 NORMAL = 0  # 0, 1, 2
 CENTROID = 3  # 3, 4, 5
 AREA = 6
@@ -49,8 +50,9 @@ class Surface(NamedTuple):
 def orient_triangles(points: Array, triangles: Index, neighbors: Index) -> None:
     """Wind every triangle counter-clockwise seen from outside, in place.
 
-    The triangle that stands clearest of the origin (which is inside) decides; the others follow
-    over shared edges, so that slivers whose own orientation is rounding noise agree.
+    The triangle that stands clearest of the origin (which is inside) decides; the
+    others follow over shared edges, so that slivers whose own orientation is rounding
+    noise agree.
     """
     count = triangles.shape[0]
     largest_volume = -1.0
@@ -97,7 +99,7 @@ def _flip_triangle(triangles: Index, neighbors: Index, t: int) -> None:
 
 @kernel
 def opposite_half_edges(triangles: Index, neighbors: Index) -> Index:
-    """Opposite of each half-edge 3 t + i (the side of triangle t opposite to vertex i)."""
+    """Opposite of each half-edge 3 t + i (side of triangle t opposite to vertex i)."""
     opposite = np.full(3 * triangles.shape[0], -1, np.int64)
     for t in range(triangles.shape[0]):
         for i in range(3):
@@ -117,7 +119,7 @@ def opposite_half_edges(triangles: Index, neighbors: Index) -> Index:
 def planar_regions(
     points: Array, triangles: Index, neighbors: Index, tolerance: float
 ) -> Index:
-    """Number of the planar region of each triangle, larger seeds first; tolerance 0 joins none."""
+    """Planar region of each triangle, larger seeds first; tolerance 0 joins none."""
     count = triangles.shape[0]
     if tolerance <= 0.0:
         return np.arange(count)
@@ -136,7 +138,8 @@ def planar_regions(
             number += 1
             continue
         if areas[seed] == 0.0:
-            # A triangle without area has no plane of its own; its largest neighbour takes it.
+            # A triangle without area has no plane of its own; its largest neighbour
+            # takes it.
             largest = seed
             for i in range(3):
                 neighbour = neighbors[seed, i]
@@ -154,7 +157,8 @@ def planar_regions(
 def _isolated_triangles(surface: Surface, tolerance: float) -> Flags:
     """Whether no neighbour of a triangle (M,) lies in its plane.
 
-    Most triangles of a curved surface are such, and need no search for the largest seed.
+    Most triangles of a curved surface are such, and need no search for the largest
+    seed.
     """
     neighbors = surface.neighbors
     areas = surface.areas
@@ -192,7 +196,8 @@ def _grow_region(
     queue[0] = seed
     size = 1
     has_grown = True
-    # A triangle turned away while the plane was still rough gets a second look at the end.
+    # A triangle turned away while the plane was still rough gets a second look at the
+    # end.
     while has_grown:
         has_grown = False
         k = 0
@@ -229,8 +234,9 @@ def _add_to_plane(surface: Surface, plane: Array, t: int) -> None:
 def _is_near_plane(surface: Surface, plane: Array, t: int, tolerance: float) -> bool:
     """Whether a triangle lies in the plane gathered so far.
 
-    Its own normal is not asked: where Qhull cuts a facet of many corners into triangles, some
-    are slivers and some fold back, and their area vectors still sum up to the facet's.
+    Its own normal is not asked: where Qhull cuts a facet of many corners into
+    triangles, some are slivers and some fold back, and their area vectors still sum up
+    to the facet's.
     """
     normal = read_vector(plane, NORMAL)
     total = plane[AREA]

@@ -19,8 +19,8 @@ from .convex_body import BodyArrays
 def side_level(body: BodyArrays, k: int) -> float:
     """Smallest distance of a polygon side (a segment) from the origin.
 
-    No smaller than the line's distance seen from either face, though corners may lie off their
-    planes.
+    No smaller than the line's distance seen from either face, though corners may lie
+    off their planes.
     """
     twin = body.twin[k]
     level = max(body.reach[k], body.reach[twin])
@@ -52,11 +52,11 @@ def neighbour_faces(body: BodyArrays) -> Index:
 
 @kernel
 def descend_faces(body: BodyArrays, neighbour: Index) -> Index:
-    """Neighbour that each face joins when it is flooded from below; itself where stable.
+    """Neighbour that each face joins when flooded from below; itself where stable.
 
-    Taken is the side nearest to the foot among those that the foot lies beyond: the level
-    {r < E} of the face first touches that side, and {R < E} flows over it as well, so the
-    basins found by following these steps serve both functions.
+    Taken is the side nearest to the foot among those that the foot lies beyond: the
+    level {r < E} of the face first touches that side, and {R < E} flows over it as
+    well, so the basins found by following these steps serve both functions.
     """
     face_start = body.face_start
     inset = body.inset
@@ -90,7 +90,7 @@ def descend_faces(body: BodyArrays, neighbour: Index) -> Index:
 
 @kernel
 def basins(parent: Index) -> tuple[Index, Index]:
-    """Stable faces in order, and for each face the position there of the one it descends to."""
+    """Stable faces, and for each face the position of the one that it descends to."""
     faces = parent.shape[0]
     basin = np.full(faces, -1, np.int64)
     stable = np.empty(faces, np.int64)
@@ -114,10 +114,11 @@ def basins(parent: Index) -> tuple[Index, Index]:
 
 @kernel
 def sink_unbarred_faces(body: BodyArrays, neighbour: Index, parent: Index) -> bool:
-    """Let stable faces that nothing keeps in place descend further; tell whether any did.
+    """Let stable faces without a barrier descend further; tell whether any did.
 
-    Among faces that are coplanar but for rounding, one can be the lowest of its neighbours and
-    still have its foot outside. Each such step leaves one stable face less.
+    Among faces that are coplanar but for rounding, one can be the lowest of its
+    neighbours and still have its foot outside. Each such step leaves one stable face
+    less.
     """
     stable, basin = basins(parent)
     face_start = body.face_start

@@ -1,4 +1,4 @@
-"""Edges of a hull that lie on the surface of the mesh, and corners that lie farthest out."""
+"""Edges of a hull that lie on the mesh's surface, and its outermost corners."""
 
 import math
 
@@ -19,11 +19,11 @@ def edges_on_surface(
     order: FixedIndex1,
     tolerance: float,
 ) -> Index:
-    """How many ends (E,) of each edge of the hull lie on an edge of the mesh that runs along it.
+    """Ends (E,) of each hull edge that lie on an edge of the mesh along it.
 
-    An edge of the hull that is an edge of the mesh has two, and so has one that the mesh divides.
-    Over a gap there are none. `order` (2E,): ends by vertex, 2 e + i being end i of edge e, from
-    `first[v]` on those at vertex v.
+    An edge of the hull that is an edge of the mesh has two, and so has one that the
+    mesh divides. Over a gap there are none. `order` (2E,): ends by vertex, 2 e + i
+    being end i of edge e, from `first[v]` on those at vertex v.
     """
     is_seen = np.zeros(order.shape[0], np.bool_)
     for t in range(triangles.shape[0]):
@@ -68,10 +68,10 @@ def outermost_corners(
 ) -> Flags:
     """Which corners (H,) lie farthest out in a direction of a grid over the sphere.
 
-    The rows of the grid are circles of latitude, mirrored at the equator, their directions as far
-    apart as those of a circle of `sides` or half as far. `neighbour[first[i]:first[i + 1]]`:
-    neighbours of corner i; `axes`: the last goes through the poles; `tie`: what lies this little
-    behind the farthest counts as well.
+    The rows of the grid are circles of latitude, mirrored at the equator, their
+    directions as far apart as those of a circle of `sides` or half as far.
+    `neighbour[first[i]:first[i + 1]]`: neighbours of corner i; `axes`: the last goes
+    through the poles; `tie`: what lies this little behind the farthest counts as well.
     """
     is_outermost = np.zeros(points.shape[0], np.bool_)
     corner = 0
@@ -127,7 +127,7 @@ def _mark_ties(
     tie: float,
     is_outermost: Flags,
 ) -> None:
-    """Mark the farthest corner, or both ends of an edge as far, but no corners of a whole face."""
+    """Mark the farthest corner or both ends of an edge, but no corners of a face."""
     threshold = dot(direction, point_at(points, top)) - tie
     ties = 0
     farthest = top

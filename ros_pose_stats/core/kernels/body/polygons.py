@@ -1,7 +1,7 @@
 """Corner loops of the planar faces.
 
-A hull vertex is a corner where at least three faces meet; a vertex between two faces lies
-on a straight edge and is dropped, so that subdividing a mesh changes nothing.
+A hull vertex is a corner where at least three faces meet; a vertex between two faces
+lies on a straight edge and is dropped, so that subdividing a mesh changes nothing.
 """
 
 import numpy as np
@@ -33,9 +33,9 @@ def corner_loops(
 ) -> tuple[bool, Index, Index, Index]:
     """Walk each region's boundary once and keep its corners.
 
-    False where a region is no disc or has fewer than three corners; then where the loop of each
-    face begins, the first half-edge of each polygon side, and the side of each boundary half-edge,
-    -1 of others. `opposite`: twin of each half-edge.
+    False where a region is no disc or has fewer than three corners; then where the loop
+    of each face begins, the first half-edge of each polygon side, and the side of each
+    boundary half-edge, -1 of others. `opposite`: twin of each half-edge.
     """
     faces = region.max() + 1
     halves = opposite.shape[0]
@@ -77,7 +77,7 @@ def corner_loops(
 def _find_boundaries(
     triangles: Index, region: Index, opposite: Index, points: int
 ) -> tuple[Flags, Index, Flags, Index]:
-    """Half-edges between regions, how many each has, those from corners, and one such of each."""
+    """Half-edges between regions, how many each has, those from corners, one each."""
     halves = opposite.shape[0]
     faces = region.max() + 1
     degree = np.zeros(points, np.int64)
@@ -105,9 +105,10 @@ def _find_boundaries(
 def _order_loops(
     triangles: Index, face_start: Index, first: Index, side_of: Index, points: int
 ) -> tuple[bool, Index, Index, Index]:
-    """Begin each loop at its smallest corner and order the loops by their first two corners.
+    """Begin each loop at its smallest corner; order loops by their first two.
 
-    What comes later then depends on the faces alone, not on how the hull was cut into triangles.
+    What comes later then depends on the faces alone, not on how the hull was cut into
+    triangles.
     """
     faces = face_start.shape[0] - 1
     begin = np.empty(faces, np.int64)

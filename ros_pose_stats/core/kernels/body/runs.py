@@ -1,9 +1,10 @@
-"""Circular chains of hull edges: the rims that a tessellated round surface leaves on a hull.
+"""Circular chains of hull edges: the rims of tessellated round surfaces.
 
-An edge is continued by the one that goes on straightest from its end, where both think so of
-each other. That makes chains of all edges, and in these the stretches on one circle are looked
-for. A circle is laid through corners far apart and then held against all between, since three
-neighbours of a fine tessellation say nothing about their circle but rounding.
+An edge is continued by the one that goes on straightest from its end, where both think
+so of each other. That makes chains of all edges, and in these the stretches on one
+circle are looked for. A circle is laid through corners far apart and then held against
+all between, since three neighbours of a fine tessellation say nothing about their
+circle but rounding.
 """
 
 from typing import NamedTuple
@@ -68,8 +69,8 @@ def circular_runs(points: Fixed2, body: BodyArrays, rounding: float) -> Runs:
     run_count = 0
     for closed in range(2):
         for k in range(count):
-            # A side that no edge leads to begins an open chain. What has not been visited
-            # after that is closed.
+            # A side that no edge leads to begins an open chain. What has not been
+            # visited after that is closed.
             if visited[k] or (closed == 0 and continuation[body.twin[k]] >= 0):
                 continue
             size = 0
@@ -166,8 +167,9 @@ def _divide_open(chain: Chain, begin: int, end: int, runs: Runs, run_count: int)
     while i + FEWEST <= end:
         j = _longest_run(chain, i, end)
         if j > 0:
-            # The whole arc takes in at its beginning what it took in at its end: a corner
-            # that a cut left beside the circle, which its first few edges would not allow.
+            # The whole arc takes in at its beginning what it took in at its end: a
+            # corner that a cut left beside the circle, which its first few edges would
+            # not allow.
             while i > begin and _is_run(chain, i - 1, j, circle_of(chain, i - 1, j)):
                 i -= 1
             run_count = _add_run(chain, i, j, runs, run_count)

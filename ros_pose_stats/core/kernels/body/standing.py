@@ -1,4 +1,4 @@
-"""How a body stands on the plate: its rotations, pose by pose, its top and its outline."""
+"""How a body stands on the plate: its rotations, its top and its outline."""
 
 import math
 
@@ -16,12 +16,12 @@ POLE = 1e-6
 """Closer than this to +z the axis of the smallest rotation would be rounding noise."""
 
 STEPS = 180
-"""Of half a degree each; a polygon of 192 sides rises by 0.00013 between them at most."""
+"""Of half a degree; a polygon of 192 sides rises by at most 0.00013 between them."""
 
 
 @entry_kernel
 def can_roll(points: Fixed2, down: Fixed1, axis: Fixed1, height: float) -> bool:
-    """Whether a body can be turned by 90 degrees about an axis and its origin stays that low.
+    """Whether a body can turn by 90 degrees about an axis with its origin that low.
 
     Turns both ways count together; `down` (3,): what points down at first.
     """
@@ -50,12 +50,12 @@ def can_roll(points: Fixed2, down: Fixed1, axis: Fixed1, height: float) -> bool:
 
 @entry_kernel
 def quaternions_down(downs: Fixed2) -> Array:
-    """Quaternions (P, 4), x y z w, of the smallest rotations that take each of (P, 3) to -z."""
+    """Quaternions (P, 4), x y z w, of the smallest rotations of (P, 3) to -z."""
     quaternions = np.zeros((downs.shape[0], 4))
     for i in range(downs.shape[0]):
         x, y, z = downs[i]
         if z > 0.0 and math.sqrt(x * x + y * y) < POLE:
-            # Half a turn about x first, then the small rotation that is left from (x, -y, -z).
+            # Half a turn about x first, then the small rotation from (x, -y, -z).
             quaternions[i, 0] = 1.0 + z
             quaternions[i, 2] = -x
             quaternions[i, 3] = -y
@@ -113,7 +113,8 @@ def silhouette(points: Fixed2, body: BodyArrays, rotation: Fixed2) -> Array:
     for k in range(body.twin.shape[0]):
         facing = dot(point_at(body.normal, body.face[k]), up)
         facing_across = dot(point_at(body.normal, body.face[body.twin[k]]), up)
-        # Wider than any edge-on face is off, by rounding or merging: more points do no harm.
+        # Wider than any edge-on face is off, by rounding or merging: more points do no
+        # harm.
         if facing >= -10.0 * COPLANAR and facing_across <= 10.0 * COPLANAR:
             on_outline[body.corner[k]] = True
             on_outline[body.corner[body.twin[k]]] = True
@@ -129,7 +130,7 @@ def silhouette(points: Fixed2, body: BodyArrays, rotation: Fixed2) -> Array:
 
 @kernel
 def _hull_2d(points: Array) -> Array:
-    """Counter-clockwise hull by Andrew's monotone chain, exact first, then thinned out."""
+    """Counter-clockwise hull by Andrew's monotone chain, then thinned out."""
     count = points.shape[0]
     by_y = points[stable_order(points[:, 1])]
     ordered = by_y[stable_order(by_y[:, 0])]

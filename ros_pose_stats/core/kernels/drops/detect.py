@@ -1,14 +1,15 @@
 """The first event on a step: a vertex reaches the plate, or a contact lets go.
 
-Few corners can touch during a step; the others cost next to nothing. Over a step the height of a
-point r is z + p . r with z and p given by their series. With B the sum of the sizes of the
-coefficients of z and p from the fourth on, and that of the point's third where it is negative, it
-lies above the parabola of the first ones less B x², which has no zero before a certain fraction.
-Taken at the centre of a ball, less its radius, the same bound clears all corners in it at once.
+Few corners can touch during a step; the others cost next to nothing. Over a step the
+height of a point r is z + p . r with z and p given by their series. With B the sum of
+the sizes of the coefficients of z and p from the fourth on, and that of the point's
+third where it is negative, it lies above the parabola of the first ones less B x²,
+which has no zero before a certain fraction. Taken at the centre of a ball, less its
+radius, the same bound clears all corners in it at once.
 
 A corner that touches is the lowest one then, so the vertical direction is in its normal
-cone. Where the direction moves little compared with the cones, the corners whose cones it may
-enter are found from neighbour to neighbour, starting at the lowest.
+cone. Where the direction moves little compared with the cones, the corners whose cones
+it may enter are found from neighbour to neighbour, starting at the lowest.
 """
 
 import math
@@ -32,9 +33,7 @@ class Event(NamedTuple):
     kind: int  # `LANDING`, `NOTHING`, or which of the vertices in contact lets go
     fraction: float  # of the step, 1 where nothing happens
     corner: int  # that lands, -1 for none
-    candidate_count: (
-        int  # corners in `work.found`: all that come as close as counts as touching
-    )
+    candidate_count: int  # in `work.candidates`: all that come as close as touching
 
 
 @inlined
@@ -83,9 +82,8 @@ def first_release(work: layout.Work, last: int) -> tuple[float, int]:
             else:
                 poly[k] = series[k, layout.FORCE] - second_force
         first_coefficient = 0
-        if poly[0] <= PULL * (
-            work.clock[layout.STEP] * work.clock[layout.STEP]
-        ):  # it starts from zero
+        # A force that starts from zero is judged by its first change.
+        if poly[0] <= PULL * (work.clock[layout.STEP] * work.clock[layout.STEP]):
             if poly[1] < 0.0:
                 return 0.0, vertex
             first_coefficient = 1
@@ -110,7 +108,7 @@ def first_landing(
 
     Contact is a height of at most 0 that falls: a corner that is a rounding below the
     plate and moves up touches nothing.
-    Returns infinity if none does; the corner; number of corners in `work.found`.
+    Returns infinity if none does; the corner; number of corners in `work.candidates`.
     """
     first = math.inf
     corner = -1
@@ -154,7 +152,7 @@ def first_landing(
 
 @inlined
 def _zeros_on_plate(work: layout.Work) -> int:
-    """How many coefficients are zero for a corner on the plate that nothing is known of.
+    """How many coefficients are zero for a corner that has come to be on the plate.
 
     None if it moves or accelerates downwards, beyond rounding: it lands.
     """
@@ -173,8 +171,8 @@ def _zeros_on_plate(work: layout.Work) -> int:
 def _known_zeros(work: layout.Work, j: int) -> int:
     """How many of a corner's leading coefficients are zero but for rounding.
 
-    One where it has just been hit, two where it has been brought to rest, three where its
-    contact force has just come down to zero.
+    One where it has just been hit, two where it has been brought to rest, three where
+    its contact force has just come down to zero.
     """
     for i in range(work.tally[layout.VERTICES]):
         if work.vertices[i] == j:
@@ -183,9 +181,10 @@ def _known_zeros(work: layout.Work, j: int) -> int:
 
 
 SPREAD_LIMIT = 2.0
-"""Corners are found from neighbour to neighbour up to this (swing² times their number).
+"""Corners are found from neighbour to neighbour up to this (turn² times their number).
 
-That is a fraction of one corner if they are spread evenly; for more the balls are faster.
+That is a fraction of one corner if they are spread evenly; for more the balls are
+faster.
 """
 
 CUBIC = 3
@@ -196,10 +195,10 @@ CUBIC = 3
 def list_candidates(
     body: layout.DropBody, rules: layout.DropRules, work: layout.Work, last: int
 ) -> int:
-    """List in `found` the corners that may touch during the step; return their number.
+    """List the corners that may touch during the step; return their number.
 
-    Those that come within what counts as touching are among them. `soonest` tells the fraction
-    before which each does not touch.
+    Those that come within what counts as touching are among them. `landing_bound` tells
+    the fraction before which each does not touch.
     """
     series = work.series
     if last < CUBIC:
@@ -253,7 +252,7 @@ def search_neighbours(
     curvature: float,
     margin: float,
 ) -> int:
-    """Candidates by way of the neighbours: every cone within `direction_change` of the direction."""
+    """Candidates by way of the neighbours: cones within `direction_change`."""
     work.tally[layout.SEARCH] += 1
     search = work.tally[layout.SEARCH]
     lowest = _find_lowest_corner(body, work)
@@ -283,10 +282,10 @@ def search_neighbours(
 
 @inlined
 def _find_lowest_corner(body: layout.DropBody, work: layout.Work) -> int:
-    """Lowest corner, by going down from the last one; a convex body has no other low point.
+    """Lowest corner, by going down from the last one; no other corner is low.
 
-    Heights are compared as they are rounded, not differences, so that level corners cannot
-    lead in a circle.
+    Heights are compared as they are rounded, not differences, so that level corners
+    cannot lead in a circle.
     """
     up = read_row(work.series, 0, layout.PS)
     lowest = work.tally[layout.LOWEST]
@@ -339,7 +338,7 @@ def _lowest_height(path: Path) -> float:
 
 @inlined
 def time_to_plate(path: Path) -> float:
-    """First x >= 0 at which the height is at most 0 and falls; infinity where it never does."""
+    """First x >= 0 at which the height is at most 0 and falls; infinity for none."""
     height, slope, curve = path
     square = slope * slope - 4.0 * height * curve
     if slope > 0.0:
@@ -361,7 +360,7 @@ def _list_corner(
     margin: float,
     count: int,
 ) -> int:
-    """Add a corner to the list unless its parabola stays above; return the new length."""
+    """List a corner unless its parabola stays above; return the new length."""
     path = _path_below(work.series, layout.corner_of(body, j), curvature)
     if _lowest_height(path) > margin:
         return count
@@ -374,7 +373,7 @@ def _list_corner(
 def put_soonest_first(
     candidates: Index, landing_bound: Array, begin: int, end: int
 ) -> None:
-    """Put the corner that may land soonest in front: its landing rules out most others."""
+    """Put the corner that may land soonest first: its landing rules out most."""
     soonest = begin
     for i in range(begin + 1, end):
         if landing_bound[i] < landing_bound[soonest]:

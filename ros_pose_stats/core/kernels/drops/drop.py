@@ -1,4 +1,4 @@
-"""Drops from release to a certain outcome: detect the next event, evolve to it, resolve it."""
+"""Drops from release to a certain outcome, from one event to the next."""
 
 import math
 
@@ -23,11 +23,11 @@ def run_drops(
 ) -> None:
     """Simulate drops (section 3, appendices A and B).
 
-    `releases` (k, 8): state at release; see `layout`. A body that reaches below the plate is
-    lifted onto it; `outcome` (k, 5): filled; see `layout` for its columns. The pose is -1 where a
-    drop is unsettled; `measure` (k, 2): filled with duration and energy left, in sqrt(radius / g)
-    and m g radius; `tape` (T, 14): filled with the events of the last drop from row 1 on; empty
-    for none.
+    `releases` (k, 8): state at release; see `layout`. A body that reaches below the
+    plate is lifted onto it; `outcome` (k, 5): filled; see `layout` for its columns. The
+    pose is -1 where a drop is unsettled; `measure` (k, 2): filled with duration and
+    energy left, in sqrt(radius / g) and m g radius; `tape` (T, 14): filled with the
+    events of the last drop from row 1 on; empty for none.
     """
     work = layout.new_work(body.x.shape[0])
     highest_exit = 0.0
@@ -53,8 +53,8 @@ def _release_body(
     tally = work.tally
     for k in range(layout.STATE):
         state[k] = release[k]
-    # Where the search for the lowest corner begins decides ties: nothing of the last drop may
-    # be left.
+    # Where the search for the lowest corner begins decides ties: nothing of the last
+    # drop may be left.
     tally[layout.MODE] = layout.FLIGHT
     tally[layout.VERTICES] = 0
     tally[layout.LOWEST] = 0
@@ -92,7 +92,7 @@ def _follow_drop(
     measure: Array,
     tape: Array,
 ) -> None:
-    """From event to event, until the outcome is certain or the steps granted have run out."""
+    """Go from event to event until the outcome is certain or steps have run out."""
     tally = work.tally
     has_landed = tally[layout.VERTICES] > 0
     ending, pose = judge_outcome(body, rules, highest_exit, work)
@@ -148,16 +148,17 @@ def rolls_upright(
     work: layout.Work,
     total_energy: float,
 ) -> bool:
-    """Whether the body rolls on a rim, and has not the energy to tip over an edge of it.
+    """Whether the body rolls on a rim without the energy to tip over its edge.
 
-    Rolling upright about the axle a the body has w = a and v = -s, s = (a x c) . up, with c where
-    the axle is. The rest of its velocity is orthogonal to that in the metric of the kinetic
-    energy, so that the energies of both add up to the whole. On a round rim of a body that is
-    alike all round the plate's push has no moment about the axle: the energy of the roll is for
-    ever lost for tipping, and what is left must reach the level of an edge. Facets, and masses
-    beside the axle or askew to it, set some of the roll free, the more the faster it can become.
-    The plate moves up and down under a part that rolls on facets. What bounces on a plate that
-    moves at random has (1 + e) / (1 - e) times the energy that the plate's own velocity is worth.
+    Rolling upright about the axle a the body has w = a and v = -s, s = (a x c) . up,
+    with c where the axle is. The rest of its velocity is orthogonal to that in the
+    metric of the kinetic energy, so that the energies of both add up to the whole. On a
+    round rim of a body that is alike all round the plate's push has no moment about the
+    axle: the energy of the roll is for ever lost for tipping, and what is left must
+    reach the level of an edge. Facets, and masses beside the axle or askew to it, set
+    some of the roll free, the more the faster it can become. The plate moves up and
+    down under a part that rolls on facets. What bounces on a plate that moves at random
+    has (1 + e) / (1 - e) times the energy that the plate's own velocity is worth.
     """
     corner = work.tally[layout.LOWEST]
     pose = body.roll_pose[corner]
@@ -182,11 +183,11 @@ def rolls_upright(
 def may_go_on(
     body: layout.DropBody, rules: layout.DropRules, work: layout.Work
 ) -> bool:
-    """Whether there are steps left, or the last ones have brought the drop nearer to its end.
+    """Whether there are steps left, or the last ones brought the end nearer.
 
-    A part that rolls needs steps by the square of its sides, and loses energy with every one;
-    one that stands on an edge for ever loses none. No drop takes more than `MOST_GRANTS` times
-    as many.
+    A part that rolls needs steps by the square of its sides, and loses energy with
+    every one; one that stands on an edge for ever loses none. No drop takes more than
+    `MOST_GRANTS` times as many.
     """
     if work.tally[layout.EVENTS] < work.tally[layout.LIMIT]:
         return True
@@ -221,11 +222,12 @@ def pose_below(body: layout.DropBody, up: Vec3, corner: int) -> int:
 
     Notes
     -----
-    Going straight away from r, the direction u - s r leaves the corner's normal cone through
-    the side for which s = (u . e) / (r . e) is smallest, among those with r . e < 0. On the
-    arc between the normals of the two faces there, R falls away from the foot of the edge,
-    to the right-hand face where e . (r x u) > 0. R falls all the way, so no saddle is passed,
-    and a body flat on a face is told right whatever rounding does.
+    Going straight away from r, the direction u - s r leaves the corner's
+    normal cone through the side for which s = (u . e) / (r . e) is smallest, among
+    those with r . e < 0. On the arc between the normals of the two faces there, R falls
+    away from the foot of the edge, to the right-hand face where e . (r x u) > 0. R
+    falls all the way, so no saddle is passed, and a body flat on a face is told right
+    whatever rounding does.
     """
     u = scale(up, -1.0)
     r = layout.corner_of(body, corner)

@@ -1,8 +1,8 @@
 """One step of the motion: how long, its power series, and the state at its end.
 
-A recorded drop is sampled between two events with the full orientation. The eight numbers of a
-state leave out the turn about the vertical, which is integrated along: the quaternion q of the
-part in the plate frame obeys q' = q (0, w) / 2.
+A recorded drop is sampled between two events with the full orientation. The eight
+numbers of a state leave out the turn about the vertical, which is integrated along: the
+quaternion q of the part in the plate frame obeys q' = q (0, w) / 2.
 """
 
 import math
@@ -31,17 +31,19 @@ from .impacts import vertex_velocity
 from .series import free_series, shorten_series, sliding_series
 
 TURN = 1.0
-"""Angle, in radians, that a step tries to turn the body by; the series then just converges.
+"""Radians that a step tries to turn the body by; the series then just converges.
 
-Near the plate a body with many corners turns by less in a step; see `DropBody.turn`.
+Near the plate a body with many corners turns by less in a step; see
+`DropBody.turn_limit`.
 """
 
 LONGEST_STEP = 2.0
 """Longest sliding step, in sqrt(radius / g)."""
 
 GROWTH = 4.0
-"""A sliding step of which nothing is expected is at most this many times as long as the last one,
-or as the last event took to come."""
+"""A sliding step of which nothing is expected is at most this many times as long as the
+last one, or as the last event took to come.
+"""
 
 SHORTEST_REACH = 1e-3
 """But no shorter than this."""
@@ -59,8 +61,8 @@ def prepare_step(
 ) -> int:
     """Choose a step and fill its series; return the last row.
 
-    Returns 0 where the body has instead been moved, in one go, to where it comes within reach of
-    the plate again.
+    Returns 0 where the body has instead been moved, in one go, to where it comes within
+    reach of the plate again.
     """
     state = work.state
     clock = work.clock
@@ -174,7 +176,7 @@ def value_at(series: Array, column: int, last: int, x: float) -> float:
 
 @inlined
 def restore_invariants(state: Array, moment: Array) -> None:
-    """Put the state back on |p| = 1 and p . I w = 0, from which rounding makes it drift."""
+    """Restore |p| = 1 and p . I w = 0, from which rounding makes a state drift."""
     up = layout.up_of(state)
     spin = layout.spin_of(state)
     inertia = read_vector(moment, 0)
@@ -200,10 +202,10 @@ def sample_motion(
 ) -> None:
     """States at given times of one smooth phase.
 
-    `moment` (3,); `axes` (3, 3): principal axes as columns; `contact` (7,): see `layout`; `start`
-    (8,): state at time 0; `first_turn` (4,): quaternion x y z w of the part frame in the plate
-    frame at time 0; `times` (n,): rising, from 0 on; `states` (n, 8): filled; `turns` (n, 4):
-    filled.
+    `moment` (3,); `axes` (3, 3): principal axes as columns; `contact` (7,): see
+    `layout`; `start` (8,): state at time 0; `first_turn` (4,): quaternion x y z w of
+    the part frame in the plate frame at time 0; `times` (n,): rising, from 0 on;
+    `states` (n, 8): filled; `turns` (n, 4): filled.
     """
     state = start.copy()
     series = np.zeros((layout.ORDER + 1, layout.COLUMNS))

@@ -1,14 +1,16 @@
 """Free rotation over any time in one go (Euler and Poinsot, solved by Jacobi).
 
-High above the plate nothing can touch it, and a drop may turn many times. There the angular
-velocity is w = (w1 cn u, w2 sn u, w3 dn u) with u linear in time, axis 3 being the one
-about which the angular momentum L circles in the body. `up` is normal to L throughout and
-fixed in space, so it is told by one angle about L, measured from e3 x L. That direction
-precesses at L (L1²/I1 + L2²/I2) / (L1² + L2²), whose integral is, with Jacobi's theta
-function and sn(alpha | 1 - m) = L3/L at u = 0 (DLMF 22.15, 20.5; Whittaker, Analytical
-Dynamics, section 69),
+High above the plate nothing can touch it, and a drop may turn many times. There the
+angular velocity is w = (w1 cn u, w2 sn u, w3 dn u) with u linear in time, axis 3 being
+the one about which the angular momentum L circles in the body. `up` is normal to L
+throughout and fixed in space, so it is told by one angle about L, measured from e3 x L.
+That direction precesses at L (L1²/I1 + L2²/I2) / (L1² + L2²), whose integral is,
+with Jacobi's theta function and sn(alpha | 1 - m) = L3/L at u = 0 (DLMF 22.15, 20.5;
+Whittaker, Analytical Dynamics, section 69),
 
-    L t / I1 ± [arg theta4(z + i y) + z d/dy log theta4(i y)],  z = pi u / 2K, y = pi alpha / 2K.
+    L t / I1 ± [arg theta4(z + i y) + z d/dy log theta4(i y)],
+
+with z = pi u / 2K and y = pi alpha / 2K.
 """
 
 import math
@@ -31,7 +33,7 @@ from ..vectors import (
 from . import layout
 
 NOME = 0.35
-"""Largest nome for which the theta series are summed; beyond, near the separatrix, it fails."""
+"""Largest nome for which the theta series are summed; they fail near the separatrix."""
 
 STEEP = 1e-3
 """Smallest sine of the angle between L and axis 3; closer, e3 x L says little."""
@@ -42,10 +44,10 @@ TERMS = 9
 
 @kernel
 def arithmetic_geometric(b: float, phase: float) -> tuple[float, float]:
-    """Mean of 1 and b, and the amplitude `phase` turned into pi/2K times its elliptic integral.
+    """Mean of 1 and b, and pi/2K times the elliptic integral of the amplitude `phase`.
 
-    Landen's transformation (DLMF 19.8.12, 22.20): the phase grows to 2^n times a phase that
-    is linear in the argument.
+    Landen's transformation (DLMF 19.8.12, 22.20): the phase grows to 2^n times a phase
+    that is linear in the argument.
     """
     a = 1.0
     power = 1.0
@@ -146,11 +148,12 @@ def theta_slope(nome: float, growth: float) -> float:
 
 @inlined
 def rotate_freely(state: Array, moment: Array, time: float) -> bool:
-    """Turn `up` and the angular velocity by a free motion; tell whether that could be done.
+    """Turn `up` and the spin by a free motion; tell whether that could be done.
 
-    It cannot near the separatrix and near a permanent rotation, where nothing is changed.
+    It cannot near the separatrix and near a permanent rotation, where nothing is
+    changed.
     """
-    separatrix_distance = 0.0  # L² - 2 E I2 tells about which axis L circles
+    separatrix_distance = 0.0  # L² - 2 E I2, whose sign tells which axis L circles
     for i in (0, 2):
         separatrix_distance += (
             moment[i]

@@ -62,12 +62,13 @@ def strike_vertex(
 def stop_slow_vertices(
     body: layout.DropBody, rules: layout.DropRules, work: layout.Work
 ) -> None:
-    """Bring the slow touching vertices to rest, and tell in `rested` which have been.
+    """Bring the slow touching vertices to rest, and mark them in `rest_order`.
 
-    Works on the velocity (v, w) in the metric of the kinetic energy: the component along
-    each contact in turn, made orthogonal to those before it, is taken out. A contact is left
-    out where this would cost more energy than `soft`, or than a share of what moves the body: its
-    vertex is slow only because it is close to another one on a body that turns.
+    Works on the velocity (v, w) in the metric of the kinetic energy: the component
+    along each contact in turn, made orthogonal to those before it, is taken out. A
+    contact is left out where this would cost more energy than `soft`, or than a share
+    of what moves the body: its vertex is slow only because it is close to another one
+    on a body that turns.
 
     The touching vertices are sorted by rising velocity.
     """
@@ -83,7 +84,7 @@ def stop_slow_vertices(
         rested[i] = 0
         if abs(work.speed[i]) > rules.slow:
             continue
-        # The constraint as a velocity: the direction in which an impulse changes (v, w).
+        # The constraint as a velocity: the direction in which an impulse changes it.
         arm = cross(layout.corner_of(body, work.vertices[i]), layout.up_of(state))
         constraint = Velocity(1.0, quotients(arm, moment))
         remainder = _orthogonal(constraint, work.frame, rank, moment)
@@ -112,9 +113,8 @@ def stop_slow_vertices(
         write_row(work.frame, rank, layout.SPIN, unit.spin)
         rank += 1
         rested[i] = 1
-    if (
-        rank == 3
-    ):  # three contacts leave a turn about the vertical only, which never starts
+    if rank == 3:
+        # Three contacts leave a turn about the vertical only, which never starts.
         state[layout.V] = 0.0
         write_vector(state, layout.W, Vec3(0.0, 0.0, 0.0))
 
@@ -127,7 +127,7 @@ def _product(a: Velocity, b: Velocity, moment: Vec3) -> float:
 
 @inlined
 def _orthogonal(velocity: Velocity, frame: Array, rank: int, moment: Vec3) -> Velocity:
-    """What is left of a velocity without its components along the first rows of the frame."""
+    """A velocity without its components along the first rows of the frame."""
     remainder = velocity
     for _ in range(2):  # twice is enough to be orthogonal to rounding
         for k in range(rank):

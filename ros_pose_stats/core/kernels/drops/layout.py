@@ -1,9 +1,9 @@
 """Where the numbers of a drop stand in the arrays that the kernels share.
 
-A state holds the height and velocity of the centre of mass, the vertical direction `up` (p:
-the last row of the paper's R) and the angular velocity (w), both in principal axes. The
-motion over one step is a power series in the fraction of the step: row k of `series` holds
-the k-th coefficients, the angular velocity multiplied by the step.
+A state holds the height and velocity of the centre of mass, the vertical direction `up`
+(p: the last row of the paper's R) and the angular velocity (w), both in principal axes.
+The motion over one step is a power series in the fraction of the step: row k of
+`series` holds the k-th coefficients, the angular velocity multiplied by the step.
 """
 
 import math
@@ -73,7 +73,7 @@ ARM = 0  # 0, 1, 2: a = r x p, the reach of a force there
 FALL = 3  # its downward acceleration in free motion
 LOAD = 4
 
-# columns of the frame (3, 4): velocities of the body, orthogonal in the metric of the energy
+# columns of the frame (3, 4): velocities of the body, orthogonal in the energy's metric
 RISE = 0  # of the centre of mass
 SPIN = 1  # 1, 2, 3: angular velocity
 FRAME = 4
@@ -141,19 +141,15 @@ class DropBody(NamedTuple):
     side_right: Index1  # (N,)
     pose_level: Array1  # (P,) level of each pose
     way_out: Array1  # (P,) level of the saddle that leads out of it
-    roll_pose: (
-        Index1  # (C,) pose of a body that rolls on this corner's rim, -1 for none
-    )
-    roll_level: (
-        Array1  # (C,) energy without the roll's with which it can tip over the rim
-    )
+    roll_pose: Index1  # (C,) pose of a roll on this corner's rim, -1 for none
+    roll_level: Array1  # (C,) energy besides the roll's with which it tips over the rim
     roll_climb: Array1  # (C,) of that, height above the rim's lowest place
     rim: Array2  # (P, 10) what a pose's rim does to a roll, see RIM
     turn_limit: float  # radians by which a step near the plate turns the body at most
 
 
 class DropRules(NamedTuple):
-    """Scene and thresholds; `ros_pose_stats.core.tolerances` gives their values and reasons."""
+    """Scene and thresholds; `core.tolerances` gives their values and reasons."""
 
     restitution: float
     height: float  # of the centre of mass where it is released at rest, radii
@@ -179,9 +175,7 @@ class Work(NamedTuple):
     tally: Index  # (7,)
     support: Index  # (2,) vertices in contact, -1 for none
     vertices: Index  # (C,) touching vertices
-    rest_order: (
-        Index  # (C,) 1 where a touching vertex has been brought to rest, 2 if released
-    )
+    rest_order: Index  # (C,) 1 where one has been brought to rest, 2 if released
     speed: Array  # (C,) their vertical velocities
     load: Array  # (C, 4)
     candidates: Index  # (C,) corners that may land during a step
@@ -271,8 +265,9 @@ def lowest_corner(state: Array, body: DropBody) -> int:
 def write_tape(work: Work, tape: Array, event: int, vertex: int) -> None:
     """Add a row; on a tape without rows or at its end nothing is kept.
 
-    Row 0 holds the number of rows wanted so far, so that the caller can come back with a
-    longer tape. The contact mode is that before the event; `note_contact` puts it right.
+    Row 0 holds the number of rows wanted so far, so that the caller can come back with
+    a longer tape. The contact mode is that before the event; `write_tape_contact` puts
+    it right.
     """
     if tape.shape[0] == 0:
         return

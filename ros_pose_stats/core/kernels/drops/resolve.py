@@ -1,4 +1,4 @@
-"""What happens at an event: impacts, then flight or a contact; or a contact that lets go."""
+"""What happens at an event: impacts and a new contact, or the end of a contact."""
 
 import math
 
@@ -26,7 +26,7 @@ from .detect import LANDING, NOTHING, Event, Path, time_to_plate
 from .impacts import stop_slow_vertices, strike_vertex, vertex_velocity
 
 LANDING_MARGIN = 1.25
-"""Steps in flight end this much after the time at which the next landing is expected."""
+"""Steps in flight end this much after the time of the next expected landing."""
 
 
 @inlined
@@ -69,8 +69,9 @@ def resolve_landing(
 ) -> bool:
     """Resolve an event at the touching vertices: afterwards none of them approaches.
 
-    Each round the fastest vertex is struck. Once all are slow they are brought to rest, and
-    the contact is chosen; one that could not be (see `stop_slow`) is struck.
+    Each round the fastest vertex is struck. Once all are slow they are brought to rest,
+    and the contact is chosen; one that could not be (see `stop_slow_vertices`) is
+    struck.
 
     Returns false where the steps granted ran out before.
     """
@@ -110,7 +111,8 @@ def resolve_landing(
 @inlined
 def _sort_by_speed(body: layout.DropBody, work: layout.Work) -> None:
     """Velocities of the touching vertices, the one that approaches fastest first."""
-    # Equal ones by turns: an edge that lands level would always tip the part the same way.
+    # Equal ones by turns: an edge that lands level would always tip the part the same
+    # way.
     tie = AT_REST if work.tally[layout.EVENTS] % 2 == 0 else -AT_REST
     for i in range(work.tally[layout.VERTICES]):
         j = work.vertices[i]
@@ -128,7 +130,8 @@ def _sort_by_speed(body: layout.DropBody, work: layout.Work) -> None:
 def _fastest_vertex(body: layout.DropBody, work: layout.Work) -> tuple[int, float]:
     """The touching vertex that still approaches fastest, -1 for none, and its velocity.
 
-    One that was too fast to be stopped, but was stopped by the others, is at rest like them.
+    One that was too fast to be stopped, but was stopped by the others, is at rest like
+    them.
     """
     struck = -1
     fastest = -AT_REST
@@ -150,7 +153,8 @@ def _expect_landing(
 ) -> None:
     """Note a lowest corner, and when the next landing is expected.
 
-    That is of a corner that has just been struck, or of a neighbour that the body rolls on to.
+    That is of a corner that has just been struck, or of a neighbour that the body rolls
+    on to.
     """
     state = work.state
     tally = work.tally
@@ -211,7 +215,7 @@ def _fall_of(body: layout.DropBody, state: Array, r: Vec3) -> float:
 
 @inlined
 def measure_loads(body: layout.DropBody, work: layout.Work) -> None:
-    """Reach a = r x p and downward acceleration in free motion of every touching vertex."""
+    """Reach a = r x p and free downward acceleration of every touching vertex."""
     for i in range(work.tally[layout.VERTICES]):
         r = layout.corner_of(body, work.vertices[i])
         write_row(work.load, i, layout.ARM, cross(r, layout.up_of(work.state)))
@@ -220,9 +224,10 @@ def measure_loads(body: layout.DropBody, work: layout.Work) -> None:
 
 @inlined
 def choose_contact(body: layout.DropBody, work: layout.Work) -> int:
-    """Contact mode of the vertices at rest: none, one, or two that carry the body, or a face.
+    """Contact mode: none, one or two of the vertices at rest, or a face.
 
-    `weigh` has measured them. The vertices in contact are noted in `active` and `contact`.
+    `measure_loads` has measured them. The vertices in contact are noted in `support`
+    and `contact`.
     """
     active = work.support
     count = work.tally[layout.VERTICES]
@@ -311,7 +316,7 @@ def _response(start: float, a: Vec3, b: Vec3, m: Vec3) -> float:
 
 @inlined
 def _rise_of_vertex(work: layout.Work, k: int, force: float, turning: Vec3) -> float:
-    """Upward acceleration of a touching vertex under a force and the turning that it brings."""
+    """Upward acceleration of a touching vertex under a force and its turning."""
     return (
         dot_from(force, read_row(work.load, k, layout.ARM), turning)
         - work.load[k, layout.FALL]
@@ -322,7 +327,7 @@ def _rise_of_vertex(work: layout.Work, k: int, force: float, turning: Vec3) -> f
 def _carries(
     work: layout.Work, first: int, second: int, force: float, turning: Vec3
 ) -> bool:
-    """No other vertex at rest would sink, the body's acceleration by the forces being given."""
+    """Whether no other vertex at rest would sink under these accelerations."""
     for k in range(work.tally[layout.VERTICES]):
         if work.rest_order[k] == 0 or k in (first, second):
             continue

@@ -1,8 +1,8 @@
 """First zero of a polynomial on an interval, found for certain.
 
 A stretch is settled by bounds on the sums of its coefficients: no zero, or a monotone,
-concave or convex piece, on which Newton's method cannot miss. Otherwise it is halved. So no
-grazing contact is stepped over, and there is no sampling step to choose.
+concave or convex piece, on which Newton's method cannot miss. Otherwise it is halved.
+So no grazing contact is stepped over, and there is no sampling step to choose.
 """
 
 import math
@@ -18,7 +18,9 @@ UNDECIDED = 4
 NEVER = math.inf
 
 SHORTEST_STRETCH = 1e-9
-"""Stretch below which a polynomial counts as monotone: its bends are then below rounding."""
+"""Stretch below which a polynomial counts as monotone: its bends are then below
+rounding.
+"""
 NEWTON_STEP = 1e-10
 """Relative step after which Newton's method, converging quadratically, is done."""
 
@@ -27,8 +29,8 @@ NEWTON_STEP = 1e-10
 def first_zero(c: Array, first: int, last: int, limit: float, local: Array) -> float:
     """Smallest x in (0, upto] where the sum of c[k] x^(k - first) comes down to zero.
 
-    The polynomial starts above zero, or at zero and falls, which gives a zero at once. `local`
-    is scratch.
+    The polynomial starts above zero, or at zero and falls, which gives a zero at once.
+    `local` is scratch.
 
     Returns infinity if it stays positive.
     """
@@ -91,7 +93,7 @@ def _classify_polynomial(d: Array, n: int) -> int:
 
 @inlined
 def _newton_zero(d: Array, n: int, kind: int) -> float:
-    """Zero for 0 <= x <= 1 of a polynomial that is positive at 0; beyond 1 if there is none."""
+    """Zero for 0 <= x <= 1 of a polynomial positive at 0; beyond 1 for none."""
     low = 0.0
     high = 1.0
     x = _guess_zero(d, n)

@@ -1,19 +1,19 @@
 """Power series of a step: of free flight, and of sliding on one vertex or on an edge.
 
-In flight I w' = (I w) x w and p' = p x w (Eqs. 13 and 15 without contact, p the vertical in body
-axes). In principal axes w1' = (I2 - I3)/I1 w2 w3 and so on, so that each coefficient is a sum
-over products of the earlier ones.
+In flight I w' = (I w) x w and p' = p x w (Eqs. 13 and 15 without contact, p the
+vertical in body axes). In principal axes w1' = (I2 - I3)/I1 w2 w3 and so on, so that
+each coefficient is a sum over products of the earlier ones.
 
-While sliding, forces keep the contact at its height (Eqs. 12, 13 and 16). With a = r x p, the
-reach of the force N at r, and for an edge of direction e, c = e x p, the reach of a pure moment T
-along it,
+While sliding, forces keep the contact at its height (Eqs. 12, 13 and 16). With a = r x
+p, the reach of the force N at r, and for an edge of direction e, c = e x p, the reach
+of a pure moment T along it,
 
     I w' = (I w) x w + N a + T c,        v' = -1 + N,
     h'' = v' + ((p x w) x w) . r + w' . a = 0,    ((p x w) x w) . e + w' . c = 0.
 
 (The sign of the moment in Eq. 13 as printed is wrong.) Taking the edge as (r, e) rather
-than as two vertices keeps the equations apart on a short edge. T is the force on the far
-vertex times the length. All forces are multiplied by the step squared.
+than as two vertices keeps the equations apart on a short edge. T is the force on the
+far vertex times the length. All forces are multiplied by the step squared.
 """
 
 import numpy as np
@@ -114,7 +114,8 @@ def shorten_series(series: Array, last: int, truncation: float) -> float:
     return fraction
 
 
-# Further columns: a, c, I^-1 a, I^-1 c, I^-1 (I w) x w, p.w, w.w and the two sides' products
+# Further columns: a, c, I^-1 a, I^-1 c, I^-1 (I w) x w, p.w, w.w and the two sides'
+# products
 A = 9
 C = 12
 IA = 15
@@ -197,7 +198,7 @@ def _write_reaches(series: Array, k: int, r: Vec3, e: Vec3, inverse: Vec3) -> No
 
 @inlined
 def _write_products(series: Array, k: int, edge: bool) -> None:
-    """Row k of p.w and w.w, and of the responses a . I^-1 a + 1, a . I^-1 c and c . I^-1 c."""
+    """Row k of p.w, w.w, and the responses a . I^-1 a + 1, a . I^-1 c, c . I^-1 c."""
     pw = ww = m11 = 0.0
     for i in range(np.uint64(k + 1)):
         j = np.uint64(k) - i
@@ -259,8 +260,8 @@ def _write_forces(
 def _fall(series: Array, k: int, start: float, reach: int, point: Vec3) -> float:
     """A number, plus row k of what lowers a place without the contact's forces.
 
-    That is -((p x w) x w) . place - I^-1 (I w) x w . (place x p); the columns from `reach` on
-    hold place x p.
+    That is -((p x w) x w) . place - I^-1 (I w) x w . (place x p); the columns from
+    `reach` on hold place x p.
     """
     fall = start
     for i in range(np.uint64(k + 1)):
@@ -273,7 +274,7 @@ def _fall(series: Array, k: int, start: float, reach: int, point: Vec3) -> float
 
 @inlined
 def _acceleration(series: Array, k: int) -> Vec3:
-    """Row k of the angular acceleration, by the body's own turning and by the forces."""
+    """Row k of the angular acceleration, by the turning and by the forces."""
     acceleration = read_row(series, k, G)
     for i in range(np.uint64(k + 1)):
         j = np.uint64(k) - i

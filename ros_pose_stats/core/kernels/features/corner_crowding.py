@@ -1,10 +1,10 @@
 """How much of a body's turning is gathered in few corners.
 
-A corner's angle defect, 2 pi less the angles of its faces there, is its share of the 4 pi by
-which a convex body turns. The sum of the squares of these shares is one over the number of
-equal corners. Here shares that lie within a reach of each other count as one corner, the less
-the farther they are apart: so a corner that is cut off by a hair, or one more on a straight
-edge, changes nothing, as it would with the plain sum.
+A corner's angle defect, 2 pi less the angles of its faces there, is its share of the 4
+pi by which a convex body turns. The sum of the squares of these shares is one over the
+number of equal corners. Here shares that lie within a reach of each other count as one
+corner, the less the farther they are apart: so a corner that is cut off by a hair, or
+one more on a straight edge, changes nothing, as it would with the plain sum.
 """
 
 import math
@@ -28,7 +28,8 @@ CELLS = 2.0
 def corner_crowding(points: Fixed2, body: BodyArrays, reaches: Fixed1) -> Array:
     """Sum over all pairs of corners of both shares times (1 - (distance / reach)^2)^2.
 
-    `reaches` (n,) rise. Returns (n,): from one over the number of equal corners far apart, to 1.
+    `reaches` (n,) rise. Returns (n,): from one over the number of equal corners far
+    apart, to 1.
     """
     share = corner_shares(points, body)
     corners = np.flatnonzero(share)
@@ -78,7 +79,7 @@ def _add_pairs(
 
 @kernel
 def _sort_into_cells(position: Array, cells: int) -> tuple[Index, Index, Index]:
-    """Order, cells and first point of each cell of points in a grid over [-1, 1]^3, z fastest."""
+    """Order and cells of points in a grid over [-1, 1]^3, and each cell's first."""
     cell = np.empty(position.shape, np.int64)
     key = np.empty(position.shape[0], np.int64)
     start = np.zeros(cells**3 + 1, np.int64)

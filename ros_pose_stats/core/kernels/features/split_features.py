@@ -1,7 +1,7 @@
 """What tells the components of a split apart: sizes, depths, edges and inertia.
 
-All of it is continuous in the shape, also where a face becomes marginal, where a face breaks
-in two along a shallow ridge and where splits change their order.
+All of it is continuous in the shape, also where a face becomes marginal, where a face
+breaks in two along a shallow ridge and where splits change their order.
 """
 
 import math
@@ -21,9 +21,8 @@ AREA = 0  # solid angle with r < level
 AREA_R = 1  # with R < level
 HOLDING_AREA = 2  # of the faces that hold
 LEVER = 3  # that times the log of the inertia about `down` over the mean one
-SWEPT = (
-    4  # turns of the edges' arcs over their angles; this and what follows by `add_arc`
-)
+# and by `add_arc` the turns of the edges' arcs
+SWEPT = 4  # over their angles
 ROLLED = 5  # over their lengths
 MEASURES = 6
 
@@ -39,14 +38,16 @@ LOG_HELD = 7  # log of the solid angle of the faces that hold
 LOG_ROLLED = 8  # log of the turns over the arcs' lengths, over the root of the area
 LOG_SWEPT = 9  # the same over their angles
 LOG_DEPTH = 10
-AREA_NEAR = 11  # by `joined_soon`: of the area
+AREA_NEAR = 11  # by `write_joined_measure`: of the area
 AREA_FAR = 12
 HELD_NEAR = 13  # and of the faces that hold
 HELD_FAR = 14
 FEATURES = 15
 
 OUTSIDE_TILT = 0.3
-"""Tilt, in radians, from which on a face whose foot lies outside of it holds nothing back."""
+"""Tilt, in radians, from which on a face whose foot lies outside of it holds nothing
+back.
+"""
 
 SAME_FACE_ANGLE = 0.15
 """Angle, in radians, to the stable face below from which on a face is another one."""
@@ -68,7 +69,7 @@ SHORTEST_ARCS = 1e-9
 
 @kernel
 def write_features(row: Array, measures: Array, level: float, lowest: float) -> None:
-    """Turn additive measures of a component into the features above, but for those joined soon."""
+    """Turn measures of a component into features; those by later joins follow."""
     area = max(measures[AREA], 0.0) / (4.0 * math.pi)
     height_area = max(measures[AREA_R], 0.0) / (4.0 * math.pi)
     root_of_area = math.sqrt(area + SMALLEST_SHARE)
@@ -99,10 +100,11 @@ def write_joined_measure(
     rise: float,
     column: int,
 ) -> None:
-    """Log of a measure with that of all that joins here or soon after, over the component's own.
+    """Log of a measure with that of all that soon joins, over the component's own.
 
-    What joins higher up counts the less the higher, over the `rise`. Where joins tie, it is the
-    same in any order. `log_measure`: feature that is the logarithm of the measure.
+    What joins higher up counts the less the higher, over the `rise`. Where joins tie,
+    it is the same in any order. `log_measure`: feature that is the logarithm of the
+    measure.
     """
     joins = tree.level.shape[0]
     joined_measure = np.zeros(joins)
@@ -129,11 +131,11 @@ def write_joined_measure(
 def holding_faces(
     body: BodyArrays, stable: Index, basin: Index, tree: MergeTree, inertia: Array
 ) -> tuple[Array, Array]:
-    """Running sums (F + 1,) over `face_order` of the solid angle of the faces that hold.
+    """Running sums (F + 1,) over `face_order` of the holding solid angle.
 
-    A face holds what lands on it if the foot of the centre of mass lies inside, less the
-    farther it lies outside, or if it is nearly the stable face below. The second sum is
-    weighted by the log of the inertia about the face's normal over the mean one.
+    A face holds what lands on it if the foot of the centre of mass lies inside, less
+    the farther it lies outside, or if it is nearly the stable face below. The second
+    sum is weighted by the log of the inertia about the face's normal over the mean one.
     """
     faces = body.distance.shape[0]
     tilt = np.zeros(faces)
@@ -172,7 +174,7 @@ def lowest_faces(body: BodyArrays, stable: Index, tree: MergeTree) -> Array:
 
 
 class ArcLists(NamedTuple):
-    """A linked list of the arcs of each node of the tree that are not all below the level yet.
+    """Linked lists of the arcs of each node that are not all below the level yet.
 
     Components rise as they join: an arc all below the level is so in all that follow.
     """
@@ -197,8 +199,9 @@ def split_features(
 ) -> Array:
     """Features (S - 1, 3, FEATURES) of the components of every split, the whole last.
 
-    `is_split`: joins that are splits between poses, the others have 0; `areas_r, areas_R`: as from
-    `split_probabilities`; `inertia`: over the mass and the squared radius.
+    `is_split`: joins that are splits between poses, the others have 0; `areas_r,
+    areas_R`: as from `split_probabilities`; `inertia`: over the mass and the squared
+    radius.
     """
     joins = tree.level.shape[0]
     features = np.zeros((joins, 3, FEATURES))

@@ -1,7 +1,8 @@
-"""Planar regions and corners of a surface, measured, and moments of the regions up to order four.
+"""Planar regions and corners of a surface, and moments of the regions.
 
-A sum of products of components is symmetric in them, so it is kept by monomials: of the 1, 3,
-9, 27 and 81 products of up to four components of (x, y, z) 1, 3, 6, 10 and 15 differ.
+A sum of products of components is symmetric in them, so it is kept by monomials: of the
+1, 3, 9, 27 and 81 products of up to four components of (x, y, z) 1, 3, 6, 10 and 15
+differ.
 """
 
 import math
@@ -25,16 +26,18 @@ AREA = 6
 REGION = 7
 
 SMALLEST_AREA = SYMMETRY * SYMMETRY
-"""Area below which a region is none: of corners on one line rounding makes the normal."""
+"""Area below which a region is none: of corners on one line rounding makes the normal.
+"""
 
 
 @entry_kernel
 def regions_and_corners(
     points: Fixed2, triangles: FixedIndex2, tolerance: float
 ) -> tuple[Array, Index]:
-    """Planar regions (G, 7), largest first, and the vertices where at least three of them meet.
+    """Planar regions (G, 7), largest first, and vertices where three or more meet.
 
-    Centroid, normal times size and size (square root of the area); none below `SMALLEST`.
+    Centroid, normal times size and size (square root of the area); none below
+    `SMALLEST`.
     """
     region = planar_regions(
         points, triangles, triangle_neighbours(triangles), tolerance
@@ -106,7 +109,7 @@ def _find_corners(triangles: Index, region: Index, sums: Array, points: int) -> 
 
 @inlined
 def _meets_third(touched_regions: Index, v: int, g: int) -> bool:
-    """Note the first two regions that a vertex touches; tell whether this is another one."""
+    """Note the first two regions that a vertex touches; tell whether it is a third."""
     for k in range(2):
         if touched_regions[v, k] < 0:
             touched_regions[v, k] = g
@@ -115,7 +118,8 @@ def _meets_third(touched_regions: Index, v: int, g: int) -> bool:
     return True
 
 
-# How many products of components are the same monomial, in the order of `_monomials`.
+# How many products of components are the same monomial, in the order of
+# `_write_monomials`.
 _MULTIPLICITY = np.concatenate(
     (
         [1.0],
@@ -136,10 +140,10 @@ FLOWS = 3  # 3 ... 6: of A² (n·u) (c·u)^k for k = 0, 1, 2, 3
 
 @entry_kernel
 def moments_along(regions: Fixed2, directions: Fixed2) -> Array:
-    """Moments (S, 7) of regions along directions, the same for a turned surface and direction.
+    """Moments (S, 7) of regions along directions, unchanged where both are turned.
 
-    Sums over the regions, of centroid c, normal n and area A, of A (c·u)^k for k = 2, 3, 4, and of
-    A² (n·u) (c·u)^k for k = 0, 1, 2, 3.
+    Sums over the regions, of centroid c, normal n and area A, of A (c·u)^k for k = 2,
+    3, 4, and of A² (n·u) (c·u)^k for k = 0, 1, 2, 3.
     """
     areas = np.zeros(35)
     flows = np.zeros((3, 20))
@@ -170,7 +174,7 @@ def moments_along(regions: Fixed2, directions: Fixed2) -> Array:
 
 @inlined
 def _write_monomials(a: Vec3, terms: Array) -> None:
-    """Set `terms` (35,) to the monomials of degree 0 to 4; each from one of lower degree."""
+    """Set `terms` (35,) to the monomials of degree 0 to 4, each from a lower one."""
     terms[0] = 1.0
     for degree in range(1, 5):
         lower = _DEGREE[degree - 1]

@@ -1,8 +1,8 @@
-"""Equilibria of a convex body in one call: stable faces, basins, merge tree, toppling graph.
+"""Equilibria of a convex body: stable faces, basins, merge tree, toppling graph.
 
-In the toppling graph of the quasi-static estimators (section 4.B) a part standing on an unstable
-face rolls over one of its sides onto a neighbour whose plane is closer to the centre of mass, so
-that the graph has no cycle.
+In the toppling graph of the quasi-static estimators (section 4.B) a part standing on an
+unstable face rolls over one of its sides onto a neighbour whose plane is closer to the
+centre of mass, so that the graph has no cycle.
 """
 
 import math
@@ -54,7 +54,7 @@ def find_equilibria(points: Fixed2, body: BodyArrays) -> EquilibriumArrays:
 
 @entry_kernel
 def settle_on_stable(initial: Fixed1, target: FixedIndex2, share: Fixed2) -> Array:
-    """`settle` for callers outside the kernels."""
+    """`settle_probabilities` for callers outside the kernels."""
     return settle_probabilities(initial, target, share)
 
 
@@ -62,11 +62,11 @@ def settle_on_stable(initial: Fixed1, target: FixedIndex2, share: Fixed2) -> Arr
 def toppling_graph(
     points: Array, body: BodyArrays, neighbour: Index, parent: Index
 ) -> tuple[Index, Array]:
-    """Targets and shares of the toppling graph of the quasi-static estimator (section 4.B).
+    """Targets and shares of the quasi-static toppling graph (section 4.B).
 
-    An unstable face topples over the side pierced by the segment from its centroid to the foot of
-    the centre of mass; where the segment leaves through a corner, both sides there take an even
-    share.
+    An unstable face topples over the side pierced by the segment from its centroid to
+    the foot of the centre of mass; where the segment leaves through a corner, both
+    sides there take an even share.
     """
     faces = parent.shape[0]
     target = np.full((faces, 2), -1, np.int64)

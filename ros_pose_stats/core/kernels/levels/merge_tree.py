@@ -1,14 +1,14 @@
-"""The splitting graph's skeleton: where the basins of stable faces join, and gather to poses.
+"""The splitting graph's skeleton: where basins join, and gather to poses.
 
 Sides between two basins are sorted by their distance from the centre of mass and joined
-by Kruskal's rule. The saddles of r and of R are the same points with the same values, so
-one tree serves both (section 4.D); read downwards it is the paper's splitting graph.
+by Kruskal's rule. The saddles of r and of R are the same points with the same values,
+so one tree serves both (section 4.D); read downwards it is the paper's splitting graph.
 
-Where two components meet at a saddle, the one whose lowest face is the higher of the two ends
-(the elder rule of persistence). How far its saddle lies above that face is how far a nudge has to
-lift the centre of mass: a component that ends too soon is no pose of its own and is poured into
-the pose across the saddle. Whatever was shallower within it was poured before, so all of it is
-one region by then.
+Where two components meet at a saddle, the one whose lowest face is the higher of the
+two ends (the elder rule of persistence). How far its saddle lies above that face is how
+far a nudge has to lift the centre of mass: a component that ends too soon is no pose of
+its own and is poured into the pose across the saddle. Whatever was shallower within it
+was poured before, so all of it is one region by then.
 """
 
 import math
@@ -35,12 +35,10 @@ from ..sorting import stable_order
 
 
 class MergeTree(NamedTuple):
-    """Binary tree over S stable faces: nodes 0 … S-1 are leaves, S … 2S-2 joins, root last."""
+    """Binary tree over S stable faces: nodes 0 … S-1 are leaves, S … 2S-2 joins."""
 
     child: Index2  # (S - 1, 2) nodes joined
-    level: (
-        Array1  # (S - 1,) distance from the centre of mass at which they join, rising
-    )
+    level: Array1  # (S - 1,) distance from the centre of mass where they join, rising
     side: Index1  # (S - 1,) polygon side where they join
     leaf_order: Index1  # (S,) leaves from left to right: each node covers a range of it
     leaf_range: Index2  # (2S - 1, 2) that range
@@ -86,7 +84,8 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
             continue
         child[joins, 0] = node[a]
         child[joins, 1] = node[b]
-        # Among ties a later one may lie lower by rounding; what follows searches rising levels.
+        # Among ties a later one may lie lower by rounding; what follows searches rising
+        # levels.
         level[joins] = max(levels[i], level[joins - 1]) if joins > 0 else levels[i]
         join_side[joins] = k
         link[b] = a
@@ -111,9 +110,10 @@ def _put_shallow_first(
     order: Index,
     begin: int,
 ) -> int:
-    """Put the borders that tie with the one at `begin` in order; return where the tie ends.
+    """Order the borders that tie with the one at `begin`; return the tie's end.
 
-    Shallow regions join each other first: rounding must not decide which of them is one pose.
+    Shallow regions join each other first: rounding must not decide which of them is one
+    pose.
     """
     end = _end_of_tie(levels, order, begin, SAME_LEVEL)
     if end - begin > 1:
@@ -209,11 +209,11 @@ def gather_poses(
     tolerance: float,
     run_tolerance: float,
 ) -> tuple[Index, Array]:
-    """Stable face that stands for the pose of each (S,), and the levels (S,) of their ways out.
+    """Stable face that stands for the pose of each (S,), and their exit levels (S,).
 
-    `rank`: which face stands for several, the smallest first; `run`: round or toothed surface of
-    each face, -1 for none; `tolerance`: least rise out of a pose over its height; `run_tolerance`: the
-    same between neighbours on one such surface.
+    `rank`: which face stands for several, the smallest first; `run`: round or toothed
+    surface of each face, -1 for none; `tolerance`: least rise out of a pose over its
+    height; `run_tolerance`: the same between neighbours on one such surface.
     """
     faces = height.shape[0]
     sides, levels = basin_borders(body, basin)
@@ -276,7 +276,7 @@ def _put_lower_first(
     order: Index,
     begin: int,
 ) -> int:
-    """Order borders that tie with the one at `begin` by the face across; where the tie ends."""
+    """Order borders that tie with the one at `begin`; return the tie's end."""
     end = _end_of_tie(levels, order, begin, SAME_HEIGHT)
     if end - begin > 1:
         elder_rank = np.empty(end - begin)
@@ -297,7 +297,7 @@ def _put_lower_first(
 
 @entry_kernel
 def part_poses(tree: MergeTree, pose: FixedIndex1) -> tuple[Index, Flags]:
-    """Pose that each node of the merge tree has all to itself, else -1, and joins with several."""
+    """Pose of each node of the merge tree, -1 for several, and joins of several."""
     leaves = pose.shape[0]
     node_pose = np.full(2 * leaves - 1, -1)
     node_pose[:leaves] = pose

@@ -1,31 +1,32 @@
 """The right triangles that a body is cut into, measured for the level sets of r or R.
 
-On a face, {r < E} is the part of the polygon inside a circle about the foot of the centre
-of mass; on the sphere, {R < E} is what the caps {u : v·u >= E} of the corners leave free.
-Both are cut into the right spherical triangles with corners n (the face's normal), Q/|Q|
-(foot on a side) and v/|v| (corner) of `body`, taken with the sign of s·a: the legs are
-b = atan(s/d) between n and Q, and c = atan(a/q) between Q and v. The area tau of such a
-triangle follows from tan(tau/2) = tan(b/2) tan(c/2) = s a / ((d + q)(q + v)).
+On a face, {r < E} is the part of the polygon inside a circle about the foot of the
+centre of mass; on the sphere, {R < E} is what the caps {u : v·u >= E} of the corners
+leave free. Both are cut into the right spherical triangles with corners n (the face's
+normal), Q/|Q| (foot on a side) and v/|v| (corner) of `body`, taken with the sign of
+s·a: the legs are b = atan(s/d) between n and Q, and c = atan(a/q) between Q and v. The
+area tau of such a triangle follows from tan(tau/2) = tan(b/2) tan(c/2) = s a / ((d +
+q)(q + v)).
 
 While E grows, a triangle's share of the reachable set goes through these stages:
 
-==============  =================================  =========================================
-stage           {r < E}                            {R < E}
-==============  =================================  =========================================
-E <= d          0                                  0
-d < E <= q      t (1 - d/E), a sector about n      tau - t (1 - E/v) - bend, a sector about
-                                                   v cut by the far leg
-q < E < v       t (1 - d/E) + bend                 tau - t (1 - E/v)
-E >= v          tau                                tau
-==============  =================================  =========================================
+==============  ========================  ===============================
+stage           {r < E}                   {R < E}
+==============  ========================  ===============================
+E <= d          0                         0
+d < E <= q      t (1 - d/E), a sector     tau - t (1 - E/v) - bend, a
+                about n                   sector about v cut by the far leg
+q < E < v       t (1 - d/E) + bend        tau - t (1 - E/v)
+E >= v          tau                       tau
+==============  ========================  ===============================
 
 with t the triangle's angle at n (for r) or at v (for R), and `bend` where the circle
 crosses the leg opposite to its centre.
 
-For R the triangles around one corner make up the
-directions in which that corner is the lowest point, its cell. Once R < E in all of the cell,
-which for most corners is long before E = v, their sum is the cell's area; it is then counted
-with one triangle of the cell's lowest face, and the others count 0.
+For R the triangles around one corner make up the directions in which that corner is the
+lowest point, its cell. Once R < E in all of the cell, which for most corners is long
+before E = v, their sum is the cell's area; it is then counted with one triangle of the
+cell's lowest face, and the others count 0.
 """
 
 import math
@@ -40,7 +41,7 @@ from ..vectors import cross, dot, dot_from, point_at
 
 
 class RightTriangles(NamedTuple):
-    """The right triangles of a body, two a polygon side (2 k at its start, 2 k + 1 at its end)."""
+    """The right triangles of a body: 2 k at the start of side k, 2 k + 1 at its end."""
 
     area: Array  # (2N,) signed area tau
     turn: Array  # (2N,) signed angle t
@@ -58,10 +59,11 @@ class RightTriangles(NamedTuple):
 
 @kernel
 def measure_triangles(body: BodyArrays, levels: Array, of_R: bool) -> RightTriangles:
-    """Measure the triangles of the faces that some of the (rising) levels cut through."""
+    """Measure the triangles of the faces that some of the rising levels cut."""
     count = 2 * body.twin.shape[0]
     faces = body.distance.shape[0]
-    # Columns of one table: few triangles are measured, and these touch few pages of memory.
+    # Columns of one table: few triangles are measured, and these touch few pages of
+    # memory.
     table = np.empty((count, 8))
     triangles = RightTriangles(
         table[:, 0],
@@ -191,7 +193,7 @@ def _next_around(body: BodyArrays, side: int) -> int:
 
 @inlined
 def _highest_in_cell(body: BodyArrays, k: int) -> tuple[float, int]:
-    """Highest R around the corner where side k starts, and the side there of the lowest face."""
+    """Highest R around the corner where side k starts, and the lowest face's side."""
     distance = body.distance
     face = body.face
     top_level = 0.0
@@ -215,7 +217,7 @@ def _highest_in_cell(body: BodyArrays, k: int) -> tuple[float, int]:
 def _close_cell(
     body: BodyArrays, k: int, top_level: float, triangles: RightTriangles
 ) -> None:
-    """From the level `top_level` on the triangles around the corner where side k starts count 0."""
+    """Let the triangles around the start of side k count 0 from `top_level` on."""
     side = k
     for _ in range(body.face.shape[0]):
         f = body.face[side]
@@ -259,7 +261,7 @@ def bend_r(leg: float, d: float, q: float, level: float) -> float:
 
 @kernel
 def bend_R(leg: float, v: float, q: float, level: float) -> float:
-    """Correction to the sector where the circle about v crosses the dual arc; level < q."""
+    """Correction to the sector where the circle about v crosses the arc; level < q."""
     chord = math.sqrt((q - level) * (q + level))
     return 2.0 * math.atan(leg * chord / ((q + v) * (q + level))) - math.atan2(
         chord * v, leg * level

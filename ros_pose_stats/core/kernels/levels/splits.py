@@ -1,8 +1,9 @@
 """Areas of the reachable set, and the probabilities at its splits.
 
-At a split probabilities follow from the areas of both components (Eq. 8), or from given weights.
-Both are measured face by face: a component that swallows n neighbours one by one costs n² faces,
-which even a part with a few hundred equilibria takes in milliseconds.
+At a split probabilities follow from the areas of both components (Eq. 8), or from given
+weights. Both are measured face by face: a component that swallows n neighbours one by
+one costs n² faces, which even a part with a few hundred equilibria takes in
+milliseconds.
 """
 
 import math
@@ -26,7 +27,7 @@ def faces_below(
     level: float,
     of_R: bool,
 ) -> float:
-    """Centroid solid angle of {r < level} on faces, or of {R < level} next to their normals."""
+    """Solid angle of {r < level} on faces, or of {R < level} by their normals."""
     face_start = body.face_start
     enters = triangles.entry_level
     fills = triangles.full_level
@@ -75,7 +76,7 @@ def _add_side(
 
 @entry_kernel
 def areas_below(body: BodyArrays, level: float, of_R: bool) -> Array:
-    """Centroid solid angle (F,) of {r < level} on faces, or {R < level} next to their normals."""
+    """Solid angle (F,) of {r < level} on faces, or {R < level} by their normals."""
     triangles = measure_triangles(body, np.array([level]), of_R)
     faces = np.arange(body.distance.shape[0])
     angles = np.empty(faces.shape[0])
@@ -88,10 +89,10 @@ def areas_below(body: BodyArrays, level: float, of_R: bool) -> Array:
 def split_probabilities(
     body: BodyArrays, tree: MergeTree, is_split: FixedFlags1, of_R: bool
 ) -> tuple[Array, Array]:
-    """Solid angles of the components just before each join, and the probabilities that follow.
+    """Solid angles of the components at each join, and their probabilities.
 
-    `is_split`: joins to measure; one may only be left out with all below it. Returns `areas` (S - 1,
-    2), and `probability` (2 S - 1,) of reaching each node (Eq. 8).
+    `is_split`: joins to measure; one may only be left out with all below it. Returns
+    `areas` (S - 1, 2), and `probability` (2 S - 1,) of reaching each node (Eq. 8).
     """
     joins = tree.level.shape[0]
     areas = np.zeros((joins, 2))
@@ -123,10 +124,11 @@ def descend_splits(
 ) -> Array:
     """Probability (2 S - 1,) of reaching each node from the weights of the components.
 
-    A component's weight grows with the level: `weight` is its logarithm where the component splits
-    off. Where two join, their weights add, and go on growing as the logarithm does from there on.
-    So poses whose splits tie come out the same in any order of the splits. `carried_share`: how much of the
-    difference between the sum of weights and the whole's own one a child keeps.
+    A component's weight grows with the level: `weight` is its logarithm where the
+    component splits off. Where two join, their weights add, and go on growing as the
+    logarithm does from there on. So poses whose splits tie come out the same in any
+    order of the splits. `carried_share`: how much of the difference between the sum of
+    weights and the whole's own one a child keeps.
     """
     joins = tree.level.shape[0]
     whole_weight = np.zeros(2 * joins + 1)

@@ -1,7 +1,7 @@
-"""What hangs together in a mesh: triangles across edges, and components of whatever is linked.
+"""What hangs together in a mesh: triangles across edges, and components.
 
-Directed edge 3 t + i runs from corner i of triangle t to the next one. Directed edges are grouped
-by the undirected edge that they run along.
+Directed edge 3 t + i runs from corner i of triangle t to the next one. Directed edges
+are grouped by the undirected edge that they run along.
 """
 
 import numpy as np
@@ -12,17 +12,17 @@ from ..sorting import rising_order
 
 # columns of the sorted entries (3T, 2)
 HIGHER_VERTEX = 0  # higher vertex
-EDGE = (
-    1  # twice the number of the directed edge, plus 1 where it runs from the lower one
-)
+EDGE = 1  # twice the number of the directed edge, plus 1 where it runs from the lower
 
 INSERTION_LIMIT = 48
-"""Edges at one vertex up to which sorting them one by one is quicker than counting digits."""
+"""Edges at one vertex up to which sorting them one by one is quicker than counting
+digits.
+"""
 
 
 @entry_kernel
 def grouped_edges(triangles: FixedIndex2) -> tuple[Index, Flags, Index, Index]:
-    """Directed edges by their lower, then their higher vertex: see `mesh.winding.Edges`."""
+    """Directed edges by their lower, then higher vertex: see `mesh.winding.Edges`."""
     entries, stop = _sorted_edges(triangles)
     count = entries.shape[0]
     edge = np.empty(count, np.int64)
@@ -45,10 +45,10 @@ def grouped_edges(triangles: FixedIndex2) -> tuple[Index, Flags, Index, Index]:
 
 @kernel
 def _sorted_edges(triangles: Index) -> tuple[Index, Index]:
-    """Directed edges (3T, 2) by their lower, then by their higher vertex; where each lower ends.
+    """Directed edges (3T, 2) by lower, then higher vertex; where each lower ends.
 
-    Counting puts the edges in order by the lower vertex. Few share it as a rule, so these are put
-    in order by the higher one one by one.
+    Counting puts the edges in order by the lower vertex. Few share it as a rule, so
+    these are put in order by the higher one one by one.
     """
     vertices = 0
     for t in range(triangles.shape[0]):
@@ -96,7 +96,7 @@ def _sort_by_digits(entries: Index, begin: int, end: int) -> None:
 
 @inlined
 def _sort_by_insertion(entries: Index, begin: int, end: int) -> None:
-    """Sort a short range of entries by their first number; equal ones stay as they were."""
+    """Sort a short range of entries by their first number; equal ones stay."""
     for k in range(begin + 1, end):
         vertex = entries[k, HIGHER_VERTEX]
         edge = entries[k, EDGE]
@@ -115,7 +115,7 @@ def _sort_by_insertion(entries: Index, begin: int, end: int) -> None:
 def linked_triangles(
     edge: FixedIndex1, forward: FixedFlags1, start: FixedIndex1, uses: FixedIndex1
 ) -> tuple[Index, Flags]:
-    """Triangle pairs (k, 2) across edges of exactly two, and whether their windings agree."""
+    """Triangle pairs (k, 2) across edges of two, and whether their windings agree."""
     pairs = np.empty((start.shape[0], 2), np.int64)
     agree = np.empty(start.shape[0], np.bool_)
     count = 0
@@ -131,7 +131,7 @@ def linked_triangles(
 
 @kernel
 def triangle_neighbours(triangles: Index) -> Index:
-    """Triangle (T, 3) across the side opposite to each vertex; -1 where not exactly two meet."""
+    """Triangle (T, 3) across the side opposite to each vertex; -1 unless two meet."""
     entries, stop = _sorted_edges(triangles)
     neighbours = np.full(triangles.shape, -1, np.int64)
     begin = 0
@@ -174,7 +174,7 @@ def join_sets(link: Index, a: int, b: int) -> None:
 
 @entry_kernel
 def component_labels(count: int, pairs: FixedIndex2) -> Index:
-    """Component label (count,) of each node: 0, 1, ... by the components' lowest nodes."""
+    """Component (count,) of each node: 0, 1, ... by the components' lowest nodes."""
     link = np.arange(count)
     for k in range(pairs.shape[0]):
         join_sets(link, pairs[k, 0], pairs[k, 1])

@@ -1,4 +1,4 @@
-"""Areas, centroids and moments of triangles and of what they enclose, and extents of points."""
+"""Areas and moments of triangles and what they enclose; extents of points."""
 
 import math
 
@@ -54,7 +54,7 @@ def centroid_of(points: Array, triangles: Index, t: int) -> Vec3:
 
 @entry_kernel
 def tetrahedra(points: Fixed2, triangles: FixedIndex2) -> Array:
-    """Six times the signed volumes (T,) of tetrahedra from the origin to triangles (T, 3)."""
+    """Six times the signed volumes (T,) of tetrahedra from the origin to triangles."""
     volumes = np.empty(triangles.shape[0])
     for t in range(triangles.shape[0]):
         volumes[t] = _six_volumes(*triangle_at(points, triangles, t))
@@ -63,10 +63,10 @@ def tetrahedra(points: Fixed2, triangles: FixedIndex2) -> Array:
 
 @entry_kernel
 def solid_moments(points: Fixed2, triangles: FixedIndex2) -> Array:
-    """Integrals of 1, x, y, z, xx, yy, zz, xy, xz and yz over the inside of a closed surface.
+    """Integrals of 1, x, y, z, xx, yy, zz, xy, xz, yz within a closed surface.
 
-    The sums over the tetrahedra are compensated (Neumaier 1974): their errors do not grow with the
-    number of triangles.
+    The sums over the tetrahedra are compensated (Neumaier 1974): their errors do not
+    grow with the number of triangles.
     """
     total = np.zeros(MOMENTS)
     correction = np.zeros(MOMENTS)
@@ -123,10 +123,10 @@ def bounds(points: Fixed2) -> tuple[Array, Array]:
 
 @entry_kernel
 def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
-    """Smallest extent of points over the length of their longest line; 0 for flat points.
+    """Smallest extent of points over the length of their longest line; 0 if flat.
 
-    The thickness is measured across the plane of the longest line and the point farthest from it,
-    so that it does not depend on how the points lie in their frame.
+    The thickness is measured across the plane of the longest line and the point
+    farthest from it, so that it does not depend on how the points lie in their frame.
     """
     axis = 0
     for c in range(1, 3):

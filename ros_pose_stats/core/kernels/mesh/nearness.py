@@ -1,9 +1,9 @@
-"""What lies near each other: vertices that coincide, and features that a rotation carries over.
+"""What is close: vertices that coincide, and features alike after a rotation.
 
-Points are put into a hashed grid of cubes, so that near ones are found without sorting. Those
-whose cubes share a slot of the table form a chain: `head[slot]` is the latest, and `chain[i]` the
-one before point i, -1 where there is none. The cubes are wide beside the distance asked for, so
-that most questions touch one cube only.
+Points are put into a hashed grid of cubes, so that near ones are found without sorting.
+Those whose cubes share a slot of the table form a chain: `head[slot]` is the latest,
+and `chain[i]` the one before point i, -1 where there is none. The cubes are wide beside
+the distance asked for, so that most questions touch one cube only.
 
 A feature is a row of numbers: a place, then perhaps a vector and a number that does not
 depend on direction. Two features are alike when their rows are close to each other.
@@ -76,14 +76,15 @@ def slots_for(count: int) -> int:
 @inlined
 def slot_of(cube: Cube, slots: int) -> int:
     """Slot of a cube."""
-    # Primes keep neighbouring cubes apart; the product's upper bits depend on all of them.
+    # Primes keep neighbouring cubes apart; the product's upper bits depend on all of
+    # them.
     mixed = (cube.x * 73856093 ^ cube.y * 19349663 ^ cube.z * 83492791) & 0x7FFFFFFF
     return (mixed * 0x9E3779B1 >> 31) & (slots - 1)
 
 
 @inlined
 def cube_at(point: Vec3, offset: float, low: Vec3, width: float) -> Cube:
-    """Cube that holds a point moved by `offset` along every axis; the grid begins at `low`."""
+    """Cube of a point moved by `offset` along every axis; the grid begins at `low`."""
     return Cube(
         math.floor((point.x + offset - low.x) / width),
         math.floor((point.y + offset - low.y) / width),
@@ -109,7 +110,7 @@ def latest_point(cubes: Cubes, cube: Cube) -> int:
 def first_of_coincident(
     points: Fixed2, low: Fixed1, tolerance: float
 ) -> tuple[bool, Index]:
-    """Whether points coincide, and for each the lowest number of those it coincides with."""
+    """Whether points coincide, and the lowest number that each coincides with."""
     count = points.shape[0]
     cubes = new_cubes(count)
     first = np.arange(count)
@@ -146,7 +147,7 @@ def _join_in_cubes(
     farthest: Cube,
     tolerance: float,
 ) -> None:
-    """Join point `i` to those that it coincides with in the other cubes that it is close to."""
+    """Join point `i` to those that coincide with it in the other cubes close by."""
     for x in range(nearest.x, farthest.x + 1):
         for y in range(nearest.y, farthest.y + 1):
             for z in range(nearest.z, farthest.z + 1):
@@ -163,7 +164,7 @@ def _join_coincident(
     cube: Cube,
     tolerance: float,
 ) -> bool:
-    """Join point `i` to those of a cube that it coincides with; tell whether it repeats one."""
+    """Join point `i` to those of a cube close to it; tell whether it repeats one."""
     j = latest_point(cubes, cube)
     while j >= 0:
         offset = subtract(point_at(points, j), point_at(points, i))
@@ -201,7 +202,7 @@ def feature_grid(rows: Fixed2, reach: float) -> FeatureGrid:
 
 @entry_kernel
 def first_unmatched(grid: FeatureGrid, rotation: Fixed2, chosen: FixedIndex1) -> int:
-    """First of the chosen features with no feature of its own where it is turned to, or -1."""
+    """First chosen feature with no feature of its own where it is turned to, or -1."""
     rows = grid.rows
     last_match = grid.last_match
     grid.trials[0] += 1
