@@ -14,7 +14,7 @@ half as much again."""
 
 
 def visible_triangles(part: Part, limit: int = FINEST) -> Array:
-    """Triangles (t, 3, 3) to draw a part by, metres: at most `most`.
+    """Triangles (t, 3, 3) to draw a part by, metres: at most `limit`.
 
     Of open meshes both sides.
     """

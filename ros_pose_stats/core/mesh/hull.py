@@ -29,7 +29,7 @@ CORNERS_SHAKEN = 1e-10
 """By how much corners of a body that was made here are moved while their hull is
 found."""
 
-# points this close to a face, as a fraction of the size, are counted with it
+# Points this close to a face, as a fraction of the size, are counted with it.
 COUNTED = 1e-10
 
 

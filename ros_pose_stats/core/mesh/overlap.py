@@ -253,7 +253,7 @@ def _leads_inside(
 ) -> bool:
     """Whether passage `k` leads to a point inside both bodies.
 
-    `other` is the pierced one.
+    `pierced_body` (T, 3): triangles of the pierced one.
 
     From the edge it is a little way onto a triangle at it, and into the material.
     """

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from manifold3d import CrossSection, Manifold
 
 Polygon = tuple[Array, ...]
-# of length in a radius: polygons are kept to 1e-8 of one, and needles are thin
+# Of length in a radius: polygons are kept to 1e-8 of one, and needles are thin.
 UNITS = 1e4
 
 

@@ -15,7 +15,7 @@ from . import poses
 
 FINEST = 200
 COARSEST = 60  # pixels across a hemisphere
-# most directions times faces; parts of many faces get a coarser map
+# Most directions times faces; parts of many faces get a coarser map.
 MOST_PRODUCTS = 2e8
 AT_ONCE = 4_000_000  # most numbers in memory at a time
 

@@ -29,7 +29,7 @@ SEAM = 2e-4
 A mesh this close under an edge of the hull leaves no gap there.
 """
 
-# an edge that is this much longer than most of its run is a flat, and stays
+# An edge that is this much longer than most of its run is a flat, and stays.
 LONG_EDGE = 2.2
 
 FINE_ROUNDING = 3e-7

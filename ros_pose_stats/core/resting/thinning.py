@@ -17,7 +17,7 @@ GRID = 7
 """Directions a turn for every five sides: so that the deepest corner left out is no
 deeper."""
 
-# turns of a polygon of so many sides, from which on an outline has a corner
+# Turns of a polygon of so many sides, from which on an outline has a corner.
 SHARP = 1.25
 
 TIE = 1e-7

@@ -18,7 +18,7 @@ LARGEST_STEP = np.radians(24.8)  # facets of a round surface turn by less
 SAME_AXIS = 1e-3  # sine of the angle within which two axes are one
 LEVEL = 1e-4  # sine of the angle to the axis within which a facet is along it
 NEAR = 0.05  # share of its radius within which a facet is one of a round surface
-# radians to a neighbour, from which on both are no facets of one curve
+# Radians to a neighbour, from which on both are no facets of one curve.
 LARGEST_BEND = 0.4
 TINY = 1e-12  # a share, angle or weight that is as good as none
 
