@@ -125,7 +125,7 @@ class Lanes:
             )
             for lane in Lane
         }
-        self.closed = False
+        self.is_closed = False
         self._changed = threading.Condition()
 
     def start(self) -> None:
@@ -158,7 +158,7 @@ class Lanes:
                     task.future.set_exception(refusal)
                     return task.future
                 self._changed.wait()
-            if self.closed:
+            if self.is_closed:
                 task.future.cancel()
             else:
                 self._insert(self._lane_to_wait_in(task), task)
@@ -194,7 +194,7 @@ class Lanes:
 
     def _lack_of_room(self, task: _Task) -> RequestError | None:
         """Why a task is not taken in now; one larger than the bound waits alone."""
-        if self.closed or task.rank is Rank.WHEN_IDLE:
+        if self.is_closed or task.rank is Rank.WHEN_IDLE:
             return None
         lane = self._lane_to_wait_in(task)
         most, noun = MOST_WAITING[lane]
@@ -238,7 +238,7 @@ class Lanes:
                     task.lane = Lane.SLOW
                     self._insert(Lane.SLOW, task)
                 self._changed.notify_all()
-                is_dropped = self.closed and not is_done
+                is_dropped = self.is_closed and not is_done
             if is_dropped:
                 task.future.cancel()
             del task  # which holds on to a mesh
@@ -246,7 +246,7 @@ class Lanes:
     def _next(self, lane: Lane) -> _Task | None:
         """The next task that is to be done in a lane; none once all is closed."""
         with self._changed:
-            while not self.closed:
+            while not self.is_closed:
                 task = self._find_next(lane)
                 if task is None:
                     self._changed.wait()
@@ -280,7 +280,7 @@ class Lanes:
     def close(self) -> None:
         """Drop what waits, and finish what soon is."""
         with self._changed:
-            self.closed = True
+            self.is_closed = True
             dropped = list(itertools.chain(*self._waiting.values()))
             self._waiting = {lane: [] for lane in Lane}
             self._changed.notify_all()

@@ -45,7 +45,7 @@ class Jobs:
         self._numbers = itertools.count(1)
         # those that have not ended, in the order of their acceptance
         self._jobs: dict[str, Job] = {}
-        self.running: Job | None = None
+        self.running_job: Job | None = None
         self._accepting = threading.Lock()
         self._changing = threading.Lock()
         self._closing = ""
@@ -86,7 +86,7 @@ class Jobs:
 
     def _check_room(self, most: int) -> None:
         """Refuse a client's job where as many wait as may, and one runs."""
-        is_idle = self.running is None or self.running.state.ended
+        is_idle = self.running_job is None or self.running_job.state.ended
         if self.count_waiting()[0] >= most + is_idle:
             raise RequestError(
                 f"at most {most} simulations waiting (parameter max_queued_jobs)",
@@ -144,7 +144,7 @@ class Jobs:
         for job in self.all():
             self.cancel(job.job_id, reason)
         is_done = within(LAST_SECONDS, self._pool.shutdown)
-        running = self.running
+        running = self.running_job
         if not is_done and running is not None:
             self._end(running, State.CANCELLED, reason)
 
@@ -155,14 +155,14 @@ class Jobs:
                 return
             job = min(waiting, key=lambda job: job.request.refinement)
             job.state = State.RUNNING
-            self.running = job
+            self.running_job = job
         try:
             self._run_job(job)
         except Exception as error:  # a refusal, or a failure that is told like one
             if not isinstance(error, PoseStatsError):
                 self._say_failure(f"{job.job_id}: {describe_error(error)}")
             self._end(job, State.FAILED, describe_error(error))
-        self.running = None
+        self.running_job = None
 
     def _run_job(self, job: Job) -> None:
         while not (job.part.done() or job.cancel_reason):
@@ -223,7 +223,7 @@ def _is_twin(request: JobRequest, job: Job) -> bool:
 def job_health(jobs: Jobs, settings: Any) -> Health:
     """The line about drop simulations."""
     requests, refinements = jobs.count_waiting()
-    job = jobs.running
+    job = jobs.running_job
     line = "idle"
     if job is not None:
         line = (
@@ -245,7 +245,9 @@ def job_health(jobs: Jobs, settings: Any) -> Health:
 
 def flip_health(goals: Jobs, answers: Jobs) -> Health:
     """The line about flips, those of goals and of answers of ~/feeding."""
-    running = [job for job in (goals.running, answers.running) if job is not None]
+    running = [
+        job for job in (goals.running_job, answers.running_job) if job is not None
+    ]
     lines = [
         f"{job.job_id}: {job.drops_done} flips of '{job.part_id}'" for job in running
     ]

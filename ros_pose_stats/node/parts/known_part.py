@@ -254,9 +254,9 @@ class KnownPart:
                 part,
                 scene,
                 drop_request(hybrid.CHECK_DROPS, part.seed, 0.0, settings.threads()),
-                Watch(None, lambda: lanes.closed, background=True),
+                Watch(None, lambda: lanes.is_closed, background=True),
             )
-            if lanes.closed:
+            if lanes.is_closed:
                 raise CancelledError
             if statistics.drops:
                 message = self.number_result(statistics, settings)

@@ -45,19 +45,19 @@ class PartRegistry:
         self._builder = builder
         self._commons = Commons(equipment, self.all)
         self._parts: OrderedDict[str, KnownPart] = OrderedDict()
-        self._used: set[str] = set()
+        self._used_ids: set[str] = set()
         self._uses = itertools.count(1)
         self._lock = threading.Lock()
         # also after another mesh of the same name has come
-        self._built: Memory[Mesh, Part] = memory_of_parts()
-        self._refused: Memory[
+        self._built_parts: Memory[Mesh, Part] = memory_of_parts()
+        self._refusals: Memory[
             Mesh, tuple[type[PoseStatsError], tuple[str, str, str]]
         ] = Memory(REFUSED)
         # One of a name, as long as anybody has it.
         self._channels: WeakValueDictionary[str, Channel] = WeakValueDictionary()
-        self._forgotten: Memory[str, Channel] = Memory(NUMBERED)
-        self._leaving: list[Channel] = []  # until their farewell has arrived
-        self._drawn: dict[str, int] = {}  # revisions in the markers, by part
+        self._forgotten_channels: Memory[str, Channel] = Memory(NUMBERED)
+        self._closing_channels: list[Channel] = []  # until their farewell has arrived
+        self._drawn_revisions: dict[str, int] = {}  # revisions in the markers, by part
         self._markers = equipment.node.create_publisher(
             MarkerArray, "~/markers", LATCHED
         )
@@ -150,8 +150,8 @@ class PartRegistry:
 
     def _build(self, request: part_requests.PartRequest) -> Part:
         mesh = request.part_id, request.content
-        part = self._built.get(mesh)
-        refusal = self._refused.get(mesh)
+        part = self._built_parts.get(mesh)
+        refusal = self._refusals.get(mesh)
         if refusal is not None:
             kind, facts = refusal
             # Anew, for the traceback of what is raised holds on to the mesh.
@@ -162,9 +162,9 @@ class PartRegistry:
             except NotDoneError:  # the mesh may be good
                 raise
             except PoseStatsError as error:
-                self._refused.put(mesh, error.__reduce__())
+                self._refusals.put(mesh, error.__reduce__())
                 raise
-            self._built.put(mesh, part)
+            self._built_parts.put(mesh, part)
         return part
 
     def put(self, part: KnownPart, request: part_requests.PartRequest) -> None:
@@ -208,7 +208,7 @@ class PartRegistry:
             part = self._parts.get(part_id)
             if part is not None:
                 self._parts.move_to_end(part_id)
-                self._used.add(part_id)
+                self._used_ids.add(part_id)
             return part
 
     def current(self, part_id: str) -> KnownPart | None:
@@ -239,9 +239,11 @@ class PartRegistry:
         """Have the state know which parts were used last."""
         with self._lock:
             used = [
-                part for part_id, part in self._parts.items() if part_id in self._used
+                part
+                for part_id, part in self._parts.items()
+                if part_id in self._used_ids
             ]
-            self._used = set()
+            self._used_ids = set()
         for part in used:
             with part.lock:  # another mesh, or none, may be about to take its place
                 if part.is_current:
@@ -286,11 +288,11 @@ class PartRegistry:
             event.header.stamp = times.time_message(stamp)
             self._equipment.recorder.record(JOB_EVENTS, serialize_message(event))
             channel.latched_revision = channel.newest_revision
-            self._forgotten.put(part_id, channel)
+            self._forgotten_channels.put(part_id, channel)
             part.is_current = False
             with self._lock:
                 self._parts.pop(part_id, None)
-                self._leaving.append(channel)
+                self._closing_channels.append(channel)
             return self._state.put(
                 *(Change(table, part_id, None) for table in OF_PARTS)
             )
@@ -327,11 +329,11 @@ class PartRegistry:
     def _look_after_topics(self) -> None:
         """Let publishers go whose farewell has arrived, and draw what has changed."""
         with self._lock:
-            leaving = list(self._leaving)
+            leaving = list(self._closing_channels)
         for channel in leaving:
             if channel.close():
                 with self._lock:
-                    self._leaving.remove(channel)
+                    self._closing_channels.remove(channel)
         with self._lock:
             parts = [channel.part for channel in self._channels.values()]
         rows = {}
@@ -341,8 +343,8 @@ class PartRegistry:
         revisions = {
             part_id: message.revision for part_id, (message, _) in rows.items()
         }
-        if revisions != self._drawn:
-            self._drawn = revisions
+        if revisions != self._drawn_revisions:
+            self._drawn_revisions = revisions
             self._markers.publish(
                 markers_of([rows[part_id] for part_id in sorted(rows)])
             )

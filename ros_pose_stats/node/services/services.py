@@ -75,7 +75,7 @@ class Services:
 
         A known part may not be built yet.
         """
-        if self._lanes.closed:
+        if self._lanes.is_closed:
             raise refusal_at_end()
         message = request.part
         if request.part_id and message.part_id and request.part_id != message.part_id:

@@ -43,10 +43,10 @@ class State:
         # Each row in a tuple of its own, by which a later equal one is told from it.
         self._pending: dict[tuple[str, str | bytes], tuple[Row | None]] = {}
         self._number = 0  # of the last change
-        self._committed = 0  # number of the last change that is on the disk
-        self._tried = 0  # number of the last change that was to be written
+        self._committed_number = 0  # number of the last change that is on the disk
+        self._tried_number = 0  # number of the last change that was to be written
         self.writes = 0  # times that the file was written, or was to be
-        self._closed = False
+        self._is_closed = False
         self._changing = threading.Lock()
         self.in_use = threading.Lock()  # held while the file is written or read
         self._filing = threading.Lock()  # held while files of meshes come or go
@@ -99,15 +99,15 @@ class State:
             if number is None:
                 number = self._number
             writes = self.writes
-            if self._committed >= number:
+            if self._committed_number >= number:
                 return True
         with self.in_use:
             with self._changing:
-                is_tried = self.writes > writes and self._tried >= number
-                if self._committed >= number or is_tried or self._closed:
-                    return self._committed >= number
+                is_tried = self.writes > writes and self._tried_number >= number
+                if self._committed_number >= number or is_tried or self._is_closed:
+                    return self._committed_number >= number
                 batch = dict(self._pending)
-                self._tried = self._number
+                self._tried_number = self._number
             problem = ""
             try:
                 self._write([Change(*key, row) for key, (row,) in batch.items()])
@@ -116,7 +116,7 @@ class State:
             with self._changing:
                 self.writes += 1
                 if not problem:
-                    self._committed = self._tried
+                    self._committed_number = self._tried_number
                     self._pending = {
                         key: entry
                         for key, entry in self._pending.items()
@@ -164,7 +164,7 @@ class State:
         """Write what waits, and let go of the file; whether all of it is written."""
         written = self.commit()
         with self.in_use:
-            self._closed = True
+            self._is_closed = True
             self._release()
         return written
 

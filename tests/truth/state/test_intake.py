@@ -308,7 +308,7 @@ def test_whoever_hears_that_a_job_has_ended_finds_its_place_free():
     heard = []
     first.finished.add_done_callback(lambda _: heard.append(submit(2)))
     may_end.set()
-    while not first.finished.done() or jobs.running is first:
+    while not first.finished.done() or jobs.running_job is first:
         time.sleep(0.01)
     assert heard and heard[0].finished.result(60.0) is None
     jobs.close("")
