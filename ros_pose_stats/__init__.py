@@ -3,16 +3,10 @@
 The names below are loaded when they are first used, so that importing the package, or a
 command that needs only some of them, costs little.
 
-Which room holds what, in the order in which an answer comes about:
-
-- `mesh` makes a part of a file or of arrays; `records` are what travels between the rooms
-- `resting` finds equilibria and stable poses; `estimators` give them probabilities without drops
-- `simulation` drops the part, by `kernels.drops` (`detect`, `evolve`, `resolve` an impact)
-- `statistics` says how sure counts are; `planning` chooses between estimates and drops
-- `plates` and `design` fit a real plate and compare variants of a part; `catalogue` takes many
-- `recording` writes and reads bags; `report` and `plots` draw
-- `ros` is the node (`node` wires it; `parts` answers meshes, `jobs` drops, `services` requests,
-  `state` keeps all of it); `commands` and `cli` are the command line
+`core` computes: from a mesh (`mesh`) over stable poses (`resting`) to probabilities,
+without drops (`estimators`), by drops (`simulation`) or by both (`planning`). `node` is
+the ROS 2 node. `tools` are the command line, pages, pictures, variants of a part, and
+the analysis of bags. All stand on `base`. docs/architecture.md draws the rooms.
 """
 
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""The executable `pose_stats_node`, and what every program begins with that uses ROS."""
+"""The executable `pose_stats_node`, and what every program with ROS begins with."""
 
 import os
 import sys
@@ -35,7 +35,7 @@ def start_node(words: list[str]) -> int:
 
 
 def ros_arguments(program: str, words: list[str]) -> list[str]:
-    """Arguments for rclpy; RequestError where `words` do not begin with `--ros-args`."""
+    """Arguments for rclpy; RequestError where `words` begin without `--ros-args`."""
     for option, file in pairwise(words):
         if option == "--params-file" and not Path(file).is_file():
             raise RequestError(

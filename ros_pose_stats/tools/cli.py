@@ -1,4 +1,4 @@
-"""The command `ros_pose_stats`: parses, dispatches, and turns refusals into statuses."""
+"""The command `ros_pose_stats`: parses, runs, and turns refusals into statuses."""
 
 import argparse
 import io
@@ -91,7 +91,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit status: 0; 2 for a refused input; 130 after Ctrl-C; 1 for an internal failure.
+        Exit status: 0; 2 for a refused input; 130 after Ctrl-C; 1 for an internal
+        failure.
     """
     prepare_streams()
     words = sys.argv[1:] if arguments is None else list(arguments)
@@ -136,7 +137,7 @@ def split_ros_arguments(words: list[str]) -> tuple[list[str], list[str]]:
 
 
 def run_parsed(options: argparse.Namespace) -> int:
-    """Run what a parser chose, and turn what stops it into an exit status and a line."""
+    """Run what a parser chose; what stops it becomes an exit status and a line."""
     try:
         status: int = options.run(options)
         sys.stdout.flush()

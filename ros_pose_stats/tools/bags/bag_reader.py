@@ -1,4 +1,4 @@
-"""Which bags lie under paths, and what of this package's messages lies in them, read in one go."""
+"""Which bags lie under paths, and what they hold of this package, read in one go."""
 
 import math
 import os
@@ -8,12 +8,13 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from ...base.errors import BagError
 from ...base.files import folders_below, open_file
+from ...base.text import several
 from ...core.records import Part, statistics
 from ...core.records.scene import Numbering
 from ...node.recording import decoding
@@ -34,9 +35,9 @@ MESSAGES = (
 )
 
 _STATE = re.compile(r"\.(sqlite3|meshes)\b")
-"""In names of what lies beside bags and is the node's state: `bag DIR/*` names it too."""
+"""In names of the node's state, which lies beside bags: `bag DIR/*` names it too."""
 
-OnRead = Callable[[float], None]  # told which fraction of a file has been read
+OnRead = Callable[[float], None]  # takes the fraction of a file that has been read
 
 
 def find_bags(paths: Iterable[Path]) -> dict[Path, list[Path]]:
@@ -45,15 +46,15 @@ def find_bags(paths: Iterable[Path]) -> dict[Path, list[Path]]:
     The keys are directories, or the file itself where a file was named.
     """
     bags: dict[Path, list[Path]] = {}
-    known: set[Path] = set()
+    resolved_files: set[Path] = set()
     for path in paths:
         if _STATE.search(path.name):
             continue
         for bag, files in _bags_under(path):
-            new = [file for file in files if file.resolve() not in known]
-            known.update(file.resolve() for file in new)
-            if new:
-                bags.setdefault(bag, []).extend(new)
+            new_files = [file for file in files if file.resolve() not in resolved_files]
+            resolved_files.update(file.resolve() for file in new_files)
+            if new_files:
+                bags.setdefault(bag, []).extend(new_files)
     if not bags:
         raise BagError(
             "at least one bag", "none", "name a bag directory or a directory of bags"
@@ -118,8 +119,9 @@ def _readable(file: Path) -> Path:
 class FileMessages:
     """Goes through a file, MCAP or SQLite in rosbag2's layout, once.
 
-    `state`, known then: `whole`, `open` (never closed, with whole records), `cut` inside a record,
-    `damaged` or `unreadable`. `note`: the same for people.
+    `state`, which is right at the end: `whole`, `open` (never closed, with whole
+    records), `cut` inside a record, `damaged` or `unreadable`. `note`: the same for
+    people.
     """
 
     def __init__(self, file: Path, on_read: OnRead) -> None:
@@ -143,7 +145,7 @@ class FileMessages:
             ) from error
 
     def _set(self, state: str, note: str) -> None:
-        """Remember what was found; what comes after the first only makes it `damaged`."""
+        """Set the state; damage after the first makes it `damaged`."""
         if self.state == "whole":
             self.state = state
             self.note = note
@@ -153,17 +155,14 @@ class FileMessages:
 
     def _damaged(self, start: int, end: int, size: int, reason: str) -> None:
         if start == end:
-            self._set(
-                *(
-                    (
-                        "open",
-                        "was never closed: its recorder is still running or was stopped "
-                        "hard; all its records are whole",
-                    )
-                    if size
-                    else ("cut", "is empty")
+            if size:
+                self._set(
+                    "open",
+                    "was never closed: its recorder is still running or was stopped "
+                    "hard; all its records are whole",
                 )
-            )
+            else:
+                self._set("cut", "is empty")
         elif start == 0 and end >= size:
             self._set("unreadable", "is not an MCAP file")
         elif end >= size:
@@ -215,9 +214,7 @@ class FileMessages:
 
 ANSWERS = "answers"
 PartKey = tuple[str, str]  # name and digest
-OnProgress = Callable[
-    [int, int], None
-]  # told how many bytes have been read, and of how many
+OnProgress = Callable[[int, int], None]  # takes the bytes read, and of how many
 Paths: TypeAlias = "str | os.PathLike[str] | Iterable[str | os.PathLike[str]]"
 
 
@@ -234,14 +231,13 @@ class BagFile:
 
 @dataclass(frozen=True, eq=False)
 class PartRecord:
-    """What the bags hold about one part; equal names with several digests are several parts."""
+    """What the bags hold about one part, which a name and a digest stand for."""
 
     part_id: str
     part_digest: str
     radius: float  # metres; NaN where no result tells it
-    histories: tuple[
-        ResultHistory, ...
-    ]  # one a numbering, the one with most results first
+    # one a numbering, the one with most results first
+    histories: tuple[ResultHistory, ...]
     jobs: tuple[Job, ...]  # by time
     forgotten: tuple[int, ...]  # when the node forgot the part, nanoseconds since 1970
     warnings: tuple[str, ...]  # of all results, each once
@@ -255,8 +251,8 @@ class BagContents:
 
     files: tuple[BagFile, ...]
     messages: dict[str, int]  # how many of each type were read, copies included
-    begin: int  # times of recording of the first and the last of them, nanoseconds since 1970
-    end: int
+    begin: int  # when the first of them was recorded, nanoseconds since 1970
+    end: int  # when the last was
     parts: tuple[PartRecord, ...]  # in the order of first appearance
     counts: tuple[camera_counts.CameraCounts, ...]
     notes: tuple[str, ...]  # what could not be read or used, one sentence each
@@ -268,10 +264,11 @@ class BagContents:
 
 
 def read_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagContents:
-    """Read directories of bags, bags or files; `on_progress`: bytes read, of how many."""
-    named = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
-    bags = find_bags(map(Path, named))
-    return _BagReader().read(bags, on_progress or (lambda done, all: None))
+    """Read directories of bags, bags or files; `on_progress`: bytes, of how many."""
+    if isinstance(paths, (str, os.PathLike)):
+        paths = [paths]
+    bags = find_bags(map(Path, paths))
+    return _BagReader().read(bags, on_progress or (lambda count, total: None))
 
 
 class _BagReader:
@@ -281,7 +278,8 @@ class _BagReader:
         self._decoders = decoding.Decoders()
         self._files: list[BagFile] = []
         self._messages: Counter[str] = Counter()
-        self._times: list[int] = []
+        self._begin = 0
+        self._end = 0
         self._sources: dict[tuple[Path, str], int] = {}
         self._results: dict[PartKey, dict[Numbering, ResultCollector]] = {}
         self._jobs = JobCollector()
@@ -295,59 +293,66 @@ class _BagReader:
         """Read all of it."""
         sizes: Counter[Path] = Counter()
         for file in chain(*bags.values()):
-            with suppress(OSError):  # reading it will tell
+            with suppress(OSError):  # that comes again as it is read
                 sizes[file] = file.stat().st_size
-        done = 0
+        bytes_read = 0
         total = sum(sizes.values())
 
-        def tell(share: float) -> None:
-            on_progress(done + round(share * sizes[file]), total)
+        def show(share: float) -> None:
+            on_progress(bytes_read + round(share * sizes[file]), total)
 
         for bag, files in bags.items():
             for file in files:
-                self._read_file(bag, file, tell)
-                done += sizes[file]
+                self._read_file(bag, file, show)
+                bytes_read += sizes[file]
         if not self._messages:
-            unread = [file for file in self._files if file.state != "whole"]
-            said = f" ({unread[0].path.name} {unread[0].note})" if unread else ""
-            raise BagError(
-                f"messages of {decoding.PACKAGE} in {', '.join(map(str, list(bags)[:3]))}",
-                f"none in {len(self._files)} file{'s'[: len(self._files) > 1]}{said}",
-                "name a bag of the node, or one recorded with its topics",
-            )
+            raise self._no_messages(bags)
         return BagContents(
             tuple(self._files),
             dict(sorted(self._messages.items())),
-            min(self._times),
-            max(self._times),
+            self._begin,
+            self._end,
             tuple(_part_records(self._results, self._jobs, self._drops)),
             tuple(self._counts.counts.values()),
             tuple(self._remarks()),
         )
 
+    def _no_messages(self, bags: Iterable[Path]) -> BagError:
+        damage = ""
+        for file in self._files:
+            if file.state != "whole":
+                damage = f" ({file.path.name} {file.note})"
+                break
+        names = ", ".join(map(str, islice(bags, 3)))
+        return BagError(
+            f"messages of {decoding.PACKAGE} in {names}",
+            f"none in {several(len(self._files), 'file')}{damage}",
+            "name a bag of the node, or one recorded with its topics",
+        )
+
     def _read_file(self, bag: Path, file: Path, on_read: OnRead) -> None:
         messages = FileMessages(file, on_read)
-        seen = 0
+        count = 0
         for message in messages:
             if decoding.kind_of(message.type_name):
-                seen += 1
-                self._take(message, bag)
+                count += 1
+                self._add(message, bag)
         if bag == file and messages.state == "unreadable":
             raise BagError(
                 "an MCAP file or a bag directory",
                 f"{file}, which {messages.note}",
                 "check the path",
             )
-        self._files.append(BagFile(bag, file, messages.state, messages.note, seen))
+        self._files.append(BagFile(bag, file, messages.state, messages.note, count))
 
-    def _take(self, raw: RawMessage, bag: Path) -> None:
+    def _add(self, raw: RawMessage, bag: Path) -> None:
         kind = decoding.kind_of(raw.type_name)
+        if not self._messages:
+            self._begin = raw.log_time
+            self._end = raw.log_time
         self._messages[kind] += 1
-        self._times[:] = (
-            [min(self._times[0], raw.log_time), max(self._times[1], raw.log_time)]
-            if self._times
-            else [raw.log_time] * 2
-        )
+        self._begin = min(self._begin, raw.log_time)
+        self._end = max(self._end, raw.log_time)
         # A mesh may be large and slow to decode, and nothing of it is needed here.
         message = None if kind == decoding.PART_MESH else self._decoders.decode(raw)
         if message is None:
@@ -355,7 +360,7 @@ class _BagReader:
         try:
             stamp = decoding.stamp_of(message)
             if kind == decoding.POSE_STATISTICS:
-                self._take_result(message, stamp or raw.log_time, raw.topic)
+                self._add_result(message, stamp or raw.log_time, raw.topic)
             elif kind == decoding.JOB_EVENT:
                 self._jobs.add(message, stamp or raw.log_time)
             elif kind == decoding.POSE_COUNTS:
@@ -367,15 +372,13 @@ class _BagReader:
             # A definition of another kind under our name, or numbers that cannot be.
             self._decoders.failed += 1
 
-    def _take_result(self, message: Any, time: int, topic: str) -> None:
+    def _add_result(self, message: Any, time: int, topic: str) -> None:
         if not getattr(message, "poses", ()):
-            if any(
-                line.startswith(statistics.FORGOTTEN)
-                for line in getattr(message, "warnings", ())
-            ):
+            warnings = getattr(message, "warnings", ())
+            if any(warning.startswith(statistics.FORGOTTEN) for warning in warnings):
                 self._jobs.note_forgotten(message, time)
-                return
-            self._notes["{} left out, without poses: result"] += 1
+            else:
+                self._notes["{} left out, without poses: result"] += 1
             return
         key = (
             str(getattr(message, "part_id", "")),
@@ -387,8 +390,8 @@ class _BagReader:
         )
         if not collector.fits(message):
             self._notes[
-                "{} left out, numbering other poses than the first one of the same part, "
-                "cluster_tolerance and round_sides: result"
+                "{} left out, numbering other poses than the first one of the same "
+                "part, cluster_tolerance and round_sides: result"
             ] += 1
             return
         collector.add(message, time, topic.rpartition("/")[2] != ANSWERS)
@@ -396,21 +399,25 @@ class _BagReader:
 
     def _remarks(self) -> list[str]:
         counts = self._counts
-        found = {
+        left_out = {
             **self._notes,
-            "{} left out, broken or of another definition: message": self._decoders.failed,
-            "{} left out, with more poses than numbers or fewer: camera count": counts.refused,
+            "{} left out, broken or of another definition: message": (
+                self._decoders.failed
+            ),
+            "{} left out, with more poses than numbers or fewer: camera count": (
+                counts.refused
+            ),
             "{} left out, of flips and not of landings: camera count": counts.flips,
             "{} in several bags, counted once: camera count": counts.copies.found,
-            "{} without a time stamp; copies in other bags were recognized by the time of "
-            "recording (within 1 s): camera count": counts.copies.unstamped,
+            "{} without a time stamp; copies in other bags were recognized by the time "
+            "of recording (within 1 s): camera count": counts.copies.unstamped,
         }
-        notes = []
-        for text, count in found.items():
-            said, _, noun = text.rpartition(": ")
+        remarks = []
+        for template, count in left_out.items():
+            sentence, _, noun = template.rpartition(": ")
             if count:
-                notes.append(said.format(f"{count} {noun}{'s'[: count > 1]}"))
-        return notes
+                remarks.append(sentence.format(several(count, noun)))
+        return remarks
 
 
 def _part_records(
@@ -419,39 +426,50 @@ def _part_records(
     drops: DropCollector,
 ) -> Iterator[PartRecord]:
     """A record a part, in the order of first appearance: in results, then in jobs."""
-    jobs_of: dict[PartKey, list[Job]] = {}
-    for job in sorted(
-        jobs.jobs.values(),
-        key=lambda job: (job.queued or job.started or job.ended, job.job_id),
-    ):
-        jobs_of.setdefault((job.part_id, job.part_digest), []).append(job)
-    seen = ((job.part_id, job.part_digest) for job in jobs.jobs.values())
-    for key in dict.fromkeys((*results, *seen, *jobs.forgotten)):
-        found = list(results.get(key, {}).values())
+    keys = dict.fromkeys(results)
+    jobs_of_part: dict[PartKey, list[Job]] = {}
+    for job in jobs.jobs.values():
+        key = (job.part_id, job.part_digest)
+        keys[key] = None
+        jobs_of_part.setdefault(key, []).append(job)
+    keys.update(dict.fromkeys(jobs.forgotten))
+    for key in keys:
+        collectors = list(results.get(key, {}).values())
         histories = sorted(
-            (one.history() for one in found), key=lambda one: -len(one.time)
+            (collector.history() for collector in collectors),
+            key=lambda history: -len(history.time),
         )
-        plates = (each.plate for one in histories for each in one.predictions)
+        warnings = chain.from_iterable(collector.warnings for collector in collectors)
+        plates = {
+            prediction.plate: None
+            for history in histories
+            for prediction in history.predictions
+            if prediction.plate
+        }
         yield PartRecord(
             *key,
-            found[0].radius if found else math.nan,
+            collectors[0].radius if collectors else math.nan,
             tuple(histories),
-            tuple(jobs_of.get(key, ())),
+            tuple(sorted(jobs_of_part.get(key, ()), key=_job_order)),
             tuple(sorted(jobs.forgotten.get(key, ()))),
-            tuple(dict.fromkeys(line for one in found for line in one.warnings)),
-            tuple(dict.fromkeys(name for name in plates if name)),
+            tuple(dict.fromkeys(warnings)),
+            tuple(plates),
             drops.logs.get(key[1], DropLog()),
         )
 
 
+def _job_order(job: Job) -> tuple[int, str]:
+    return job.queued or job.started or job.ended, job.job_id
+
+
 def read_parts(paths: Iterable[Path]) -> Iterator[Part]:
-    """Every part in bags, in the order of recording, without broken ones; BagError if no bag."""
+    """Every sound part in bags, in the order of recording; BagError without a bag."""
     decoders = decoding.Decoders()
     for files in find_bags(paths).values():
         for file in files:
             for message in FileMessages(file, lambda share: None):
                 if decoding.kind_of(message.type_name) == decoding.PART_MESH:
-                    decoded = decoders.decode(message)
-                    part = None if decoded is None else decoding.part_of(decoded)
+                    mesh = decoders.decode(message)
+                    part = None if mesh is None else decoding.part_of(mesh)
                     if part is not None:
                         yield part

@@ -8,8 +8,11 @@ import numpy as np
 
 from ...core.records import Array, Index
 from ...core.statistics import chi_square, errors
-from . import bag_reader, camera_counts
+from .bag_reader import BagContents, OnProgress, PartRecord, Paths, read_bags
+from .camera_counts import CameraCounts
 from .results import PoseTable, Prediction, ResultHistory
+
+SAME_HEIGHT = 0.05  # relative difference of drop heights that are taken for the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,14 +20,17 @@ class Comparison:
     """A prediction set against counts: those of a simulation, or a camera's."""
 
     prediction: Prediction
-    share: Array  # (K,); the counts as fractions of their sum, in the order of the pose table
-    # root mean square and largest difference of probability and share over the poses, as
-    # fractions; NaN without counts
+    # (K,); the counts as fractions of their sum, in the order of the pose table
+    share: Array
+    # root mean square and largest difference of probability and share over the poses,
+    # as fractions; NaN without counts
     rms: float
     largest: float
-    largest_pose: int  # index of the pose with the largest difference
-    # whether chance explains the differences: that of the counts, and that of the prediction,
-    # which is a count itself or is as far off as it says
+    largest_pose: (
+        int  # index of the pose with the largest difference; -1 without counts
+    )
+    # whether chance explains the differences: that of the counts, and that of the
+    # prediction, which is a count itself or is as far off as it says
     by_pose: chi_square.ChiSquare
     by_group: chi_square.ChiSquare
     unforeseen: int  # counts in poses whose predicted probability is 0
@@ -42,7 +48,7 @@ class SimulationComparison:
 class CountComparison:
     """What cameras counted, set against every prediction of the same poses."""
 
-    counts: camera_counts.CameraCounts
+    counts: CameraCounts
     problem: str  # why the counts cannot be compared; empty where they can
     # the results that number the poses alike; None where the counts cannot be compared
     history: ResultHistory | None = None
@@ -66,10 +72,9 @@ class CountComparison:
 class PartAnalysis:
     """One part."""
 
-    record: bag_reader.PartRecord
-    simulations: tuple[
-        tuple[SimulationComparison, ...], ...
-    ]  # of each of the record's histories
+    record: PartRecord
+    # of each of the record's histories
+    simulations: tuple[tuple[SimulationComparison, ...], ...]
     counts: tuple[CountComparison, ...]  # one a plate, drop height and numbering
 
 
@@ -77,23 +82,19 @@ class PartAnalysis:
 class BagAnalysis:
     """All parts."""
 
-    contents: bag_reader.BagContents
+    contents: BagContents
     parts: tuple[PartAnalysis, ...]
-    strays: tuple[
-        CountComparison, ...
-    ]  # camera counts of parts that no result is about
+    strays: tuple[CountComparison, ...]  # camera counts of parts without any result
 
 
-def analyse_bags(
-    paths: bag_reader.Paths, on_progress: bag_reader.OnProgress | None = None
-) -> BagAnalysis:
+def analyse_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagAnalysis:
     """Read bags and compare estimates, simulations and camera counts in them.
 
     Parameters
     ----------
     paths : path or iterable of path
-        Bag directories (of the node, or recorded by `ros2 bag record`), directories of many
-        bags, or single files.
+        Bag directories (of the node, or recorded by `ros2 bag record`), directories of
+        many bags, or single files.
     on_progress : callable, optional
         Told now and then how many bytes have been read, and of how many.
 
@@ -105,83 +106,77 @@ def analyse_bags(
     Raises
     ------
     BagError
-        If there is no bag, a named file cannot be read, or no message of this package's types
-        is in any of them.
+        If there is no bag, a named file cannot be read, or no message of this package's
+        types is in any of them.
     """
-    contents = bag_reader.read_bags(paths, on_progress)
-    compared: dict[int, list[CountComparison]] = {}
+    contents = read_bags(paths, on_progress)
+    counts_of_part: dict[PartRecord | None, list[CountComparison]] = {}
     for counts in contents.counts:
-        place, comparison = _compared(counts, contents.parts)
-        compared.setdefault(place, []).append(comparison)
+        part, comparison = _compare_counts(counts, contents.parts)
+        counts_of_part.setdefault(part, []).append(comparison)
     parts = tuple(
         PartAnalysis(
-            record,
+            part,
             tuple(
-                tuple(_simulation_comparisons(history)) for history in record.histories
+                tuple(_simulation_comparisons(history)) for history in part.histories
             ),
-            tuple(compared.get(place, ())),
+            tuple(counts_of_part.get(part, ())),
         )
-        for place, record in enumerate(contents.parts)
+        for part in contents.parts
     )
-    return BagAnalysis(contents, parts, tuple(compared.get(-1, ())))
+    return BagAnalysis(contents, parts, tuple(counts_of_part.get(None, ())))
 
 
-def _compared(
-    counts: camera_counts.CameraCounts, parts: tuple[bag_reader.PartRecord, ...]
-) -> tuple[int, CountComparison]:
-    """Which part (-1: none) counts belong to, and what they are compared with."""
+def _compare_counts(
+    counts: CameraCounts, parts: tuple[PartRecord, ...]
+) -> tuple[PartRecord | None, CountComparison]:
+    """Which part, if any, counts belong to, and what they are compared with."""
     # With the counts' digest, or without one their name; the same name first.
-    fitting = sorted(
-        (
-            place
-            for place, part in enumerate(parts)
-            if (
-                part.part_digest == counts.part_digest
-                if counts.part_digest
-                else part.part_id == counts.part_id
-            )
-        ),
-        key=lambda place: (
-            parts[place].part_id != counts.part_id,
-            not parts[place].histories,
-        ),
+    candidates = [part for part in parts if _is_counted(part, counts)]
+    candidates.sort(
+        key=lambda part: (part.part_id != counts.part_id, not part.histories)
     )
-    if not fitting:
-        return -1, CountComparison(counts, "no result of this part is in the bags")
-    place = fitting[0]
-    digests = {parts[each].part_digest for each in fitting}
+    if not candidates:
+        return None, CountComparison(counts, "no result of this part is in the bags")
+    digests = {part.part_digest for part in candidates}
     if len(digests) > 1:
-        return -1, CountComparison(
+        return None, CountComparison(
             counts,
             f"the counts carry no digest, and {len(digests)} parts are called "
             f"{counts.part_id}",
         )
-    histories = parts[place].histories
-    for history in histories:
+    part = candidates[0]
+    for history in part.histories:
         if history.numbering.agrees(counts.numbering):
-            return place, _count_comparison(counts, history)
-    known = "; ".join(str(each.numbering) for each in histories) or "none"
-    return place, CountComparison(
+            return part, _count_comparison(counts, history)
+    numberings = "; ".join(str(history.numbering) for history in part.histories)
+    return part, CountComparison(
         counts,
-        f"counted at {counts.numbering}, results are at {known}: the same index is not "
-        "the same pose",
+        f"counted at {counts.numbering}, results are at {numberings or 'none'}: the "
+        "same index is not the same pose",
     )
+
+
+def _is_counted(part: PartRecord, counts: CameraCounts) -> bool:
+    if counts.part_digest:
+        return part.part_digest == counts.part_digest
+    return part.part_id == counts.part_id
 
 
 def _compare(prediction: Prediction, counts: Index, poses: PoseTable) -> Comparison:
     """Set a prediction against counts (K,) in the order of the pose table."""
     share = _shares(counts)
-    apart = np.abs(prediction.probability - share)
-    known = bool(np.isfinite(apart).all())
+    differences = np.abs(prediction.probability - share)
+    are_known = bool(np.isfinite(differences).all())
     groups = np.unique(poses.group, return_inverse=True)[1]
     by_pose = _test(prediction, counts, np.arange(counts.size), groups)
     by_group = _test(prediction, counts, groups, np.arange(counts.size))
     return Comparison(
         prediction,
         share,
-        errors.root_mean_square(apart),
-        float(apart.max()),
-        int(poses.index[apart.argmax()]) if known else -1,
+        errors.root_mean_square(differences),
+        float(differences.max()),
+        int(poses.index[differences.argmax()]) if are_known else -1,
         by_pose,
         by_group,
         int(counts[prediction.probability == 0.0].sum()),
@@ -196,15 +191,14 @@ def _shares(counts: Index) -> Array:
 def _test(
     prediction: Prediction, counts: Index, bins: Index, unit: Index
 ) -> chi_square.ChiSquare:
-    """Counts in bins against a prediction with its own scatter, which bins of a unit share."""
+    """Counts in bins against a prediction, whose scatter bins of a unit share."""
     observed = np.bincount(bins, counts)
     if prediction.counted:
         return chi_square.homogeneity(observed, np.bincount(bins, prediction.count))
     probability = np.nan_to_num(np.bincount(bins, prediction.probability))
     if not probability.sum() > 0.0:
-        return chi_square.goodness_of_fit(
-            np.zeros(1), np.ones(1)
-        )  # nothing was predicted
+        # Nothing was predicted.
+        return chi_square.goodness_of_fit(np.zeros(1), np.ones(1))
     return chi_square.goodness_of_fit(
         observed,
         probability,
@@ -214,36 +208,35 @@ def _test(
 
 
 def _simulation_comparisons(history: ResultHistory) -> Iterator[SimulationComparison]:
-    """Every simulation beside the estimates of its scene, and those that are blind to a scene."""
+    """Every simulation beside the estimates of its scene and those blind to a scene."""
     for simulation in history.foretold:
         scene = simulation.restitution, simulation.drop_height
-        beside = [
-            one
-            for one in history.foretold
-            if not one.counted
+        estimates = [
+            prediction
+            for prediction in history.foretold
+            if not prediction.counted
             and (
-                math.isnan(one.drop_height)
-                or (one.restitution, one.drop_height) == scene
+                math.isnan(prediction.drop_height)
+                or (prediction.restitution, prediction.drop_height) == scene
             )
         ]
-        if simulation.counted and beside:
-            yield SimulationComparison(
-                simulation,
-                tuple(_compare(one, simulation.count, history.poses) for one in beside),
-            )
+        if simulation.counted and estimates:
+            comparisons = [
+                _compare(estimate, simulation.count, history.poses)
+                for estimate in estimates
+            ]
+            yield SimulationComparison(simulation, tuple(comparisons))
 
 
-def _count_comparison(
-    counts: camera_counts.CameraCounts, history: ResultHistory
-) -> CountComparison:
+def _count_comparison(counts: CameraCounts, history: ResultHistory) -> CountComparison:
     """Counts beside every prediction of the poses that they number."""
     index = history.poses.index
     unknown = counts.index[~np.isin(counts.index, index)]
     if unknown.size:
         return CountComparison(
             counts,
-            f"pose {unknown[0]} was counted, which the part does not have: the poses are "
-            "numbered differently",
+            f"pose {unknown[0]} was counted, which the part does not have: the poses "
+            "are numbered differently",
         )
     aligned = np.zeros(index.shape, dtype=np.int64)
     aligned[np.searchsorted(index, counts.index)] = counts.count
@@ -252,29 +245,32 @@ def _count_comparison(
         "",
         history,
         aligned,
-        tuple(_compare(one, aligned, history.poses) for one in history.foretold),
+        tuple(
+            _compare(prediction, aligned, history.poses)
+            for prediction in history.foretold
+        ),
         tuple(_remarks(counts, history)),
     )
 
 
-def _remarks(
-    counts: camera_counts.CameraCounts, history: ResultHistory
-) -> Iterator[str]:
+def _remarks(counts: CameraCounts, history: ResultHistory) -> Iterator[str]:
     if np.unique(history.poses.group).size < history.poses.index.size:
         yield (
-            "poses of one group look alike: a camera that cannot tell them apart is judged by "
-            "group alone"
+            "poses of one group look alike: a camera that cannot tell them apart is "
+            "judged by group alone"
         )
-    plates = sorted({one.plate for one in history.predictions if one.plate})
+    plates = {prediction.plate for prediction in history.predictions} - {""}
     if counts.plate and plates and counts.plate not in plates:
-        yield f"counted on plate {counts.plate}, predicted for {', '.join(plates)}"
-    for one in history.predictions:
-        if (
-            math.isfinite(counts.drop_height)
-            and math.isfinite(one.drop_height)
-            and not (math.isclose(counts.drop_height, one.drop_height, rel_tol=0.05))
+        names = ", ".join(sorted(plates))
+        yield f"counted on plate {counts.plate}, predicted for {names}"
+    if not math.isfinite(counts.drop_height):
+        return
+    for prediction in history.predictions:
+        height = prediction.drop_height
+        if math.isfinite(height) and not math.isclose(
+            counts.drop_height, height, rel_tol=SAME_HEIGHT
         ):
             yield (
-                f"counted after drops from {counts.drop_height * 1e3:.4g} mm, {one.method} "
-                f"from {one.drop_height * 1e3:.4g} mm"
+                f"counted after drops from {counts.drop_height * 1e3:.4g} mm, "
+                f"{prediction.method} from {height * 1e3:.4g} mm"
             )

@@ -1,4 +1,4 @@
-"""What became of each drop simulation, told by its events, and of drops recorded one by one."""
+"""What became of each drop simulation, by its events, and drops recorded one by one."""
 
 import math
 from dataclasses import dataclass, field, fields
@@ -15,7 +15,7 @@ STATES = {
     FAILED: "failed",
 }
 TERMINAL = ("done", "cancelled", "failed")
-_OWN = frozenset(("job_id", "state", "queued", "started", "ended", "latest"))
+_BOOKKEEPING = frozenset(("job_id", "state", "queued", "started", "ended", "latest"))
 """Fields of a job that are not those of its events."""
 
 
@@ -29,22 +29,21 @@ class Job:
     # `done`, `cancelled` or `failed`; `queued` or `running` where no end was recorded
     state: str = "queued"
     refinement: bool = False  # whether the node started it by itself
-    drops: int = (
-        0  # asked for (or the most); done at the last event; of the random starts
-    )
-    drops_done: int = 0
-    seed: int = 0
-    # the drop height in metres, the tolerance as a share of the centre of mass's height
+    drops: int = 0  # as requested, or the most
+    drops_done: int = 0  # at the last event
+    seed: int = 0  # of the random starts
     restitution: float = math.nan
-    drop_height: float = math.nan
-    cluster_tolerance: float = math.nan
+    drop_height: float = math.nan  # metres
+    cluster_tolerance: float = math.nan  # a share of the centre of mass's height
     round_sides: int = 0  # 0: round surfaces as the file has them
-    target_error: float = math.nan  # a fraction; seconds
+    target_error: float = math.nan  # a fraction
     max_seconds: float = math.nan
     message: str = ""  # the last that a client was told
-    queued: int = 0  # nanoseconds since 1970; 0 where no such event was recorded
+    # nanoseconds since 1970; 0 where no such event was recorded
+    queued: int = 0
     started: int = 0
     ended: int = 0
+    # of the last event that counts: whether it is an end, its time, and its kind
     latest: tuple[bool, int, int] = field(default=(False, 0, 0), repr=False)
 
     @property
@@ -52,23 +51,26 @@ class Job:
         """Whether no end of it was recorded."""
         return self.state not in TERMINAL
 
-    def tell(self, event: Any, time: int) -> None:
+    def add(self, event: Any, time: int) -> None:
         """Take in an event; events may come in any order and more than once."""
         kind = int(event.event)
-        name = STATES[kind]
-        mark = {"queued": "queued", "running": "started"}.get(name, "ended")
-        setattr(self, mark, time)
+        state = STATES[kind]
+        if kind == QUEUED:
+            self.queued = time
+        elif kind == RUNNING:
+            self.started = time
+        else:
+            self.ended = time
         # An end outranks everything: a clock that is put back does not revive a job.
-        rank = (name in TERMINAL, time, kind)
+        rank = (state in TERMINAL, time, kind)
         if rank < self.latest:
             return
         self.latest = rank
-        self.state = name
-        for one in fields(self):
-            if one.name not in _OWN:
-                setattr(
-                    self, one.name, getattr(event, one.name, getattr(self, one.name))
-                )
+        self.state = state
+        for job_field in fields(self):
+            name = job_field.name
+            if name not in _BOOKKEEPING and hasattr(event, name):
+                setattr(self, name, getattr(event, name))
 
 
 class JobCollector:
@@ -84,10 +86,10 @@ class JobCollector:
         if kind == FORGOTTEN:
             self.note_forgotten(event, time)
         elif kind in STATES and event.job_id:
-            self.jobs.setdefault(event.job_id, Job(event.job_id)).tell(event, time)
+            self.jobs.setdefault(event.job_id, Job(event.job_id)).add(event, time)
 
     def note_forgotten(self, message: Any, time: int) -> None:
-        """A JobEvent, or the last PoseStatistics of a part, says that it was forgotten."""
+        """Take in that a part was forgotten, by a JobEvent or by PoseStatistics."""
         part = (str(message.part_id), str(getattr(message, "part_digest", "")))
         self.forgotten.setdefault(part, set()).add(time)
 
@@ -107,19 +109,19 @@ class DropCollector:
 
     def __init__(self) -> None:
         self.logs: dict[str, DropLog] = {}
-        self._seen: set[tuple[str, int, int]] = set()
+        self._pieces: set[tuple[str, int, int]] = set()
 
     def add(self, records: Any) -> None:
-        """Take in a DropRecords, unless another bag held the same drops of the same job."""
+        """Take in a DropRecords, unless another bag had the same drops of the job."""
         poses = np.asarray(getattr(records, "pose_index", ()), dtype=np.int64)
         piece = (
             str(getattr(records, "job_id", "")),
             int(getattr(records, "first_drop", 0)),
             poses.size,
         )
-        if piece in self._seen:
+        if piece in self._pieces:
             return
-        self._seen.add(piece)
+        self._pieces.add(piece)
         log = self.logs.setdefault(str(getattr(records, "part_digest", "")), DropLog())
         log.drops += poses.size
         log.unsettled += int(np.count_nonzero(poses < 0))

@@ -8,7 +8,14 @@ import numpy as np
 
 from ...core.records.plain_values import UNITS, with_units, without_rounding
 from ...node.recording import decoding
-from . import comparisons as compared, jobs as simulated
+from .comparisons import (
+    BagAnalysis,
+    Comparison,
+    CountComparison,
+    PartAnalysis,
+    SimulationComparison,
+)
+from .jobs import TERMINAL, Job
 from .results import ABOUT, POSE, PREDICTED, Prediction, ResultHistory
 
 TIME_UNITS = dict.fromkeys(
@@ -48,8 +55,8 @@ RESULT = (
 )
 
 
-def as_dict(analysis: compared.BagAnalysis) -> Plain:
-    """Everything under plain keys; times are seconds since 1970, NaN and infinity None."""
+def as_dict(analysis: BagAnalysis) -> Plain:
+    """All under plain keys; times in seconds since 1970, NaN and infinity None."""
     contents = analysis.contents
     return with_units(
         {
@@ -61,19 +68,19 @@ def as_dict(analysis: compared.BagAnalysis) -> Plain:
             "messages": contents.messages,
             **_fields(contents, ("begin", "end", "notes")),
             "parts": [_part(part) for part in analysis.parts],
-            "stray_counts": [_counts(one) for one in analysis.strays],
+            "stray_counts": [_counts(stray) for stray in analysis.strays],
         },
         {**UNITS, **TIME_UNITS},
     )
 
 
-def job_counts(jobs: Iterable[simulated.Job]) -> dict[str, int]:
+def job_counts(jobs: Iterable[Job]) -> dict[str, int]:
     """How many jobs were accepted, and what became of them."""
     states = [job.state for job in jobs]
     return {
         "accepted": len(states),
-        **{name: states.count(name) for name in simulated.TERMINAL},
-        "unfinished": sum(name not in simulated.TERMINAL for name in states),
+        **{name: states.count(name) for name in TERMINAL},
+        "unfinished": sum(name not in TERMINAL for name in states),
     }
 
 
@@ -87,13 +94,11 @@ def _fields(record: Any, names: Sequence[str]) -> Plain:
 
 def _rows(columns: Plain) -> list[Plain]:
     """A dict a row out of columns of equal length."""
-    lists = {name: column.tolist() for name, column in columns.items()}
-    return [
-        dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)
-    ]
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
-def _part(part: compared.PartAnalysis) -> Plain:
+def _part(part: PartAnalysis) -> Plain:
     record = part.record
     return {
         **_fields(record, ("part_id", "part_digest", "radius", "plates", "warnings")),
@@ -102,80 +107,75 @@ def _part(part: compared.PartAnalysis) -> Plain:
             record.drop_log, ("drops", "unsettled", "impacts", "seconds")
         ),
         "job_counts": job_counts(record.jobs),
-        "jobs": [
-            {
-                **_fields(job, JOB),
-                **{
-                    name: getattr(job, name) / decoding.SECOND or None
-                    for name in JOB_TIMES
-                },
-            }
-            for job in record.jobs
-        ],
+        "jobs": [_job(job) for job in record.jobs],
         "numberings": [
             _history(history, simulations)
             for history, simulations in zip(
                 record.histories, part.simulations, strict=True
             )
         ],
-        "counts": [_counts(one) for one in part.counts],
+        "counts": [_counts(comparison) for comparison in part.counts],
     }
+
+
+def _job(job: Job) -> Plain:
+    # A time of 0 was not recorded.
+    times = {name: getattr(job, name) / decoding.SECOND or None for name in JOB_TIMES}
+    return {**_fields(job, JOB), **times}
 
 
 def _history(
-    history: ResultHistory, simulations: Iterable[compared.SimulationComparison]
+    history: ResultHistory, simulations: Iterable[SimulationComparison]
 ) -> Plain:
-    results = {
-        **{name: getattr(history, name) for name in RESULT},
-        "scene": np.array(history.scene, dtype=np.str_),
-    }
+    poses = _rows({name: getattr(history.poses, name) for name in POSE})
+    for pose in poses:
+        pose["down"] = without_rounding(np.array(pose["down"]))
+    columns = {name: getattr(history, name) for name in RESULT}
+    columns["time"] = history.time / decoding.SECOND
+    columns["scene"] = np.array(history.scene, dtype=np.str_)
     return {
         **history.numbering._asdict(),
-        "poses": [
-            {**pose, "down": without_rounding(np.array(pose["down"]))}
-            for pose in _rows({name: getattr(history.poses, name) for name in POSE})
-        ],
+        "poses": poses,
         "predictions": [
-            {
-                **_fields(one, (*ABOUT, "scene")),
-                "poses": _rows(
-                    {
-                        "index": history.poses.index,
-                        **{name: getattr(one, name) for name in PREDICTED},
-                    }
-                ),
-            }
-            for one in history.predictions
+            _prediction(prediction, history) for prediction in history.predictions
         ],
-        "results": _rows({**results, "time": history.time / decoding.SECOND}),
+        "results": _rows(columns),
         "simulations": [
             {
-                "simulation": history.predictions.index(one.simulation),
+                "simulation": history.predictions.index(comparison.simulation),
                 "estimates": [
-                    _comparison(each, history.predictions) for each in one.estimates
+                    _comparison(estimate, history.predictions)
+                    for estimate in comparison.estimates
                 ],
             }
-            for one in simulations
+            for comparison in simulations
         ],
     }
 
 
-def _comparison(one: compared.Comparison, predictions: Sequence[Prediction]) -> Plain:
-    tests = {
-        name: {**asdict(test), "too_few": test.has_too_few_counts}
-        for name, test in (("by_pose", one.by_pose), ("by_group", one.by_group))
-    }
+def _prediction(prediction: Prediction, history: ResultHistory) -> Plain:
+    shares = {name: getattr(prediction, name) for name in PREDICTED}
     return {
-        "prediction": list(predictions).index(one.prediction),
-        **_fields(one, ("rms", "largest", "largest_pose", "unforeseen")),
-        **tests,
+        **_fields(prediction, (*ABOUT, "scene")),
+        "poses": _rows({"index": history.poses.index, **shares}),
     }
 
 
-def _counts(one: compared.CountComparison) -> Plain:
-    counts = one.counts
-    predictions = one.history.predictions if one.history else ()
-    low, high = one.bounds
+def _comparison(comparison: Comparison, predictions: Sequence[Prediction]) -> Plain:
+    by_pose = comparison.by_pose
+    by_group = comparison.by_group
+    return {
+        "prediction": list(predictions).index(comparison.prediction),
+        **_fields(comparison, ("rms", "largest", "largest_pose", "unforeseen")),
+        "by_pose": {**asdict(by_pose), "too_few": by_pose.has_too_few_counts},
+        "by_group": {**asdict(by_group), "too_few": by_group.has_too_few_counts},
+    }
+
+
+def _counts(comparison: CountComparison) -> Plain:
+    counts = comparison.counts
+    predictions = comparison.history.predictions if comparison.history else ()
+    low, high = comparison.bounds
     return {
         **_fields(counts, ("part_id", "part_digest")),
         **counts.numbering._asdict(),
@@ -193,10 +193,13 @@ def _counts(one: compared.CountComparison) -> Plain:
             ),
         ),
         "unclassified_share": counts.unclassified_share,
-        "compared": not one.problem,
-        **_fields(one, ("problem", "remarks")),
-        "share": one.share,
+        "compared": not comparison.problem,
+        **_fields(comparison, ("problem", "remarks")),
+        "share": comparison.share,
         "share_low": low,
         "share_high": high,
-        "predictions": [_comparison(each, predictions) for each in one.predictions],
+        "predictions": [
+            _comparison(prediction, predictions)
+            for prediction in comparison.predictions
+        ],
     }

@@ -15,7 +15,7 @@ from .camera_counts import CameraCounts
 def counts_on_plate(
     paths: Sequence[Path], plate: str, on_progress: OnProgress | None = None
 ) -> tuple[list[CountedPart], list[str]]:
-    """Counts of a plate with their parts from the same bags, and notes on unused counts.
+    """Counts of a plate with their parts out of the same bags; notes on unused counts.
 
     Counts that name no plate are taken too, as those of the only plate there was.
     """
@@ -70,14 +70,14 @@ def _read_parts_of(
 
 
 def _is_counted(part: Part, counts: CameraCounts) -> bool:
-    """Whether counts are of a part: by its digest, or by its name where they have none."""
+    """Whether counts are of a part: by its digest, or its name where they have none."""
     if counts.part_digest:
         return part.digest == counts.part_digest
     return part.part_id == counts.part_id
 
 
 def _problem(counts: CameraCounts, candidates: Sequence[Part]) -> str:
-    """Why counts cannot be used with the parts that they may be of; empty if they can."""
+    """Why counts cannot be used with the parts that fit them; empty if they can."""
     if len(candidates) > 1:
         return "several parts have this name, and the counts carry no digest"
     if not candidates:

@@ -32,7 +32,7 @@ class PoseTable:
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """What a method says in a scene: the simulation with most drops, or the newest estimate."""
+    """What a method says in a scene: the largest simulation, or the newest estimate."""
 
     method: str
     restitution: float  # as asked for
@@ -62,7 +62,7 @@ class Prediction:
 
     @property
     def key(self) -> tuple[str, float | None, float | None]:
-        """What tells predictions apart; a method that ignores the drop height is blind."""
+        """Method and scene; a method that ignores the drop height has no scene."""
         if math.isnan(self.drop_height):
             return self.method, None, None
         return self.method, self.restitution, self.drop_height
@@ -74,7 +74,7 @@ class Prediction:
 
     @property
     def errors(self) -> Array:
-        """Standard errors (K,); from the expected error where none are told, NaN without that."""
+        """Standard errors (K,), else from the expected error; NaN without that."""
         spread = self.probability * (1.0 - self.probability)
         if np.isfinite(self.standard_error).all() or not spread.sum() > 0.0:
             return self.standard_error
@@ -84,9 +84,9 @@ class Prediction:
 
     def knows_more_than(self, other: "Prediction") -> bool:
         """Whether this one should stand for their common scene."""
-        mine = self.drops - self.unsettled
-        others = other.drops - other.unsettled
-        return (mine, self.time) >= (others, other.time)
+        settled = self.drops - self.unsettled
+        other_settled = other.drops - other.unsettled
+        return (settled, self.time) >= (other_settled, other.time)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,65 +97,65 @@ class ResultHistory:
     poses: PoseTable
     time: Index  # (n,) int; nanoseconds since 1970
     method: NDArray[np.str_]  # (n,) str
-    restitution: Array  # (n,); the latter in metres, NaN where the method ignores it
-    drop_height: Array
+    restitution: Array  # (n,)
+    drop_height: Array  # (n,); metres; NaN where the method ignores it
     drops: Index  # (n,)
     unsettled: Index
     expected_error: Array  # (n,); fractions; NaN where unknown
     largest_error: Array
-    # (n,); whether it was a job's last word; whether subscribers got it or a caller alone
-    final: Mask
-    latched: Mask
-    prediction: (
-        Index  # (n,) int; which of the predictions speaks for its method and scene
-    )
+    final: Mask  # (n,); whether it was a job's last word
+    latched: Mask  # (n,); whether subscribers got it, or a caller alone
+    prediction: Index  # (n,) int; the number of the prediction of its method and scene
     probability: Array  # (n, K)
-    predictions: tuple[
-        Prediction, ...
-    ]  # one a method and scene, in the order of first appearance
+    # one a method and scene, in the order of first appearance
+    predictions: tuple[Prediction, ...]
 
     @property
     def largest_change(self) -> Array:
-        """Largest change of a probability since the result before, (n,); NaN for the first."""
-        found = np.full(len(self.time), math.nan)
+        """Largest change (n,) of a probability since the result before; first NaN."""
+        changes = np.full(len(self.time), math.nan)
         if len(self.time) > 1:
-            found[1:] = np.abs(np.diff(self.probability, axis=0)).max(
-                axis=1, initial=0.0
-            )
-        return found
+            differences = np.abs(np.diff(self.probability, axis=0))
+            changes[1:] = differences.max(axis=1, initial=0.0)
+        return changes
 
     @property
     def scene(self) -> list[str]:
         """Of each result, how high and how bouncy, in one sentence."""
         return [
-            describe_scene(*each)
-            for each in zip(
+            describe_scene(restitution, drop_height)
+            for restitution, drop_height in zip(
                 self.restitution.tolist(), self.drop_height.tolist(), strict=True
             )
         ]
 
     @property
     def scenes(self) -> list[str]:
-        """Different scenes, in the order of first appearance; methods blind to them have none."""
-        return list(
-            dict.fromkeys(
-                one.scene for one in self.predictions if not math.isnan(one.drop_height)
-            )
-        )
+        """Different scenes, by first appearance; methods blind to them have none."""
+        scenes = [
+            prediction.scene
+            for prediction in self.predictions
+            if not math.isnan(prediction.drop_height)
+        ]
+        return list(dict.fromkeys(scenes))
 
     @property
     def foretold(self) -> tuple[Prediction, ...]:
         """Those that have not learnt from counts, so that counts can judge them."""
-        return tuple(one for one in self.predictions if one.method != OBSERVED)
+        return tuple(
+            prediction
+            for prediction in self.predictions
+            if prediction.method != OBSERVED
+        )
 
     @property
     def leading(self) -> Prediction:
         """The prediction to go by: the largest simulation, else the newest estimate."""
-        best, *others = self.foretold or self.predictions
-        for one in others:
-            if one.knows_more_than(best):
-                best = one
-        return best
+        leading, *others = self.foretold or self.predictions
+        for prediction in others:
+            if prediction.knows_more_than(leading):
+                leading = prediction
+        return leading
 
 
 POSE = tuple(field.name for field in fields(PoseTable))
@@ -163,7 +163,7 @@ PREDICTED = tuple(
     field.name for field in fields(Prediction) if field.type in (Array, Index)
 )
 ABOUT = tuple(field.name for field in fields(Prediction) if field.name not in PREDICTED)
-"""Columns of the poses, of a prediction of each of them, and what is said of all at once."""
+"""Columns of the poses, of a prediction for each pose, and what it says of all."""
 
 _NUMBERS_OF_POSES = tuple(name for name in POSE_FIELDS if name in POSE[3:])
 _SHARES = tuple(name for name in POSE_FIELDS if name in PREDICTED and name != "count")
@@ -177,7 +177,7 @@ _TEXTS = tuple(field.name for field in fields(Prediction) if field.type is str)
 
 
 class ResultCollector:
-    """Results of one part in one numbering; the poses of the first lay down the geometry."""
+    """Results of one part in one numbering; the first has the geometry of the poses."""
 
     def __init__(self, first: Any, numbering: Numbering) -> None:
         self.numbering = numbering
@@ -215,47 +215,42 @@ class ResultCollector:
         )
 
     def add(self, message: Any, time: int, latched: bool) -> None:
-        """Take in a result, unless it is known: latched and answered, or in another bag."""
-        found = _prediction(message, _sorted(message.poses), time)
-        key = fingerprint(
+        """Take in a result once: latched and answered, and out of several bags."""
+        result = _prediction(message, _sorted(message.poses), time)
+        content = fingerprint(
             time,
-            found.key,
-            found.restitution,
-            found.drops,
-            found.unsettled,
-            found.seed,
-            found.job_id,
-            found.final,
-            found.probability,
-            found.count,
+            result.key,
+            result.restitution,
+            result.drops,
+            result.unsettled,
+            result.seed,
+            result.job_id,
+            result.final,
+            result.probability,
+            result.count,
         )
         self.warnings.update(dict.fromkeys(getattr(message, "warnings", ())))
-        if key in self._rows:
-            self._results()["latched"][self._rows[key]] |= latched
+        if content in self._rows:
+            self._results()["latched"][self._rows[content]] |= latched
             return
-        scene = self._scenes.setdefault(found.key, len(self._scenes))
-        own = {
-            "method": self._methods.setdefault(found.method, len(self._methods)),
-            "prediction": scene,
-            "latched": latched,
-        }
-        row = tuple(
-            own[name] if name in own else getattr(found, name) for name in self._columns
-        )
-        self._table += np.array([row], self._kind).tobytes()
-        self._rows[key] = len(self._rows)
-        known = self._predictions.get(scene)
-        if known is None or found.knows_more_than(known):
-            self._predictions[scene] = found
+        number = self._scenes.setdefault(result.key, len(self._scenes))
+        cells = {name: getattr(result, name, None) for name in self._columns}
+        cells["method"] = self._methods.setdefault(result.method, len(self._methods))
+        cells["prediction"] = number
+        cells["latched"] = latched
+        self._table += np.array([tuple(cells.values())], self._kind).tobytes()
+        self._rows[content] = len(self._rows)
+        prediction = self._predictions.get(number)
+        if prediction is None or result.knows_more_than(prediction):
+            self._predictions[number] = result
 
     def history(self) -> ResultHistory:
         """Everything so far, by time."""
         results = self._results()
         results = results[np.argsort(results["time"], kind="stable")]
         columns = {name: results[name].copy() for name in self._columns}
-        columns["method"] = np.array(list(self._methods), dtype=np.str_)[
-            columns["method"]
-        ]
+        methods = np.array(list(self._methods), dtype=np.str_)
+        columns["method"] = methods[columns["method"]]
         return ResultHistory(
             self.numbering,
             self.poses,
@@ -272,21 +267,21 @@ def _sorted(poses: Sequence[Any]) -> list[Any]:
 
 
 def _pose_table(poses: Sequence[Any]) -> PoseTable:
-    down = [
-        (pose.down.x, pose.down.y, pose.down.z)
-        if hasattr(pose, "down")
-        else (math.nan,) * 3
-        for pose in poses
-    ]
+    # Older messages may lack fields; without groups every pose is a group of its own.
+    groups = [getattr(pose, "group", pose.index) for pose in poses]
+    downs = [_down(pose) for pose in poses]
     return PoseTable(
         np.array([pose.index for pose in poses], dtype=np.int64),
-        # Without groups every pose is a group of its own.
-        np.array(
-            [getattr(pose, "group", pose.index) for pose in poses], dtype=np.int64
-        ),
-        np.array(down, dtype=np.float64).reshape(-1, 3),
+        np.array(groups, dtype=np.int64),
+        np.array(downs, dtype=np.float64).reshape(-1, 3),
         **{name: _numbers(poses, name) for name in _NUMBERS_OF_POSES},
     )
+
+
+def _down(pose: Any) -> tuple[float, float, float]:
+    if not hasattr(pose, "down"):
+        return math.nan, math.nan, math.nan
+    return pose.down.x, pose.down.y, pose.down.z
 
 
 def _numbers(poses: Sequence[Any], name: str) -> Array:
@@ -294,19 +289,24 @@ def _numbers(poses: Sequence[Any], name: str) -> Array:
 
 
 def _prediction(message: Any, poses: Sequence[Any], time: int) -> Prediction:
-    spent = getattr(message, "compute_time", None)
-    same: dict[str, Any] = {
-        **{name: str(getattr(message, name, "")) for name in _TEXTS},
-        **{name: float(getattr(message, name, math.nan)) for name in _NUMBERS},
-        **{name: _numbers(poses, name) for name in _SHARES},
+    duration = getattr(message, "compute_time", None)
+    seconds = math.nan
+    if duration is not None:
+        seconds = duration.sec + duration.nanosec / SECOND
+    texts: dict[str, Any] = {name: str(getattr(message, name, "")) for name in _TEXTS}
+    numbers: dict[str, Any] = {
+        name: float(getattr(message, name, math.nan)) for name in _NUMBERS
     }
+    shares: dict[str, Any] = {name: _numbers(poses, name) for name in _SHARES}
     return Prediction(
-        **same,
+        **texts,
+        **numbers,
+        **shares,
         time=time,
         drops=int(np.int64(getattr(message, "drops", 0))),
         unsettled=int(np.int64(getattr(message, "unsettled", 0))),
         seed=int(getattr(message, "seed", 0)),
-        seconds=math.nan if spent is None else spent.sec + spent.nanosec / SECOND,
+        seconds=seconds,
         final=bool(getattr(message, "final", True)),
         count=np.array([getattr(pose, "count", 0) for pose in poses], dtype=np.int64),
     )

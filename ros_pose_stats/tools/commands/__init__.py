@@ -1,1 +1,1 @@
-"""The commands, a module each, of its name: `register` adds its options, `run` runs it."""
+"""The commands, a module each, of its name: `register` adds options, `run` runs it."""

@@ -26,8 +26,8 @@ def register(commands: arguments.Commands) -> None:
         "animate",
         help="show one drop of a part in motion",
         description="Show one drop of a part: falling, bouncing, settling, with its "
-        "energy and the poses still within reach. The horizontal motion is left out, as "
-        "in the model.",
+        "energy and the poses still within reach. The horizontal motion is left out, "
+        "as in the model.",
         examples=(
             "ros_pose_stats animate demo/clamp.stl --unit mm --drop 10 --seed 7 "
             "-o drop.mcap",

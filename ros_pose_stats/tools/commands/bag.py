@@ -1,4 +1,4 @@
-"""`bag DIR...`: parts, jobs and counts of cameras in recorded bags, also as CSV files."""
+"""`bag DIR...`: parts, jobs and counts of cameras in bags, also as CSV files."""
 
 import argparse
 import sys

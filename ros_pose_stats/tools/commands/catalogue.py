@@ -1,4 +1,4 @@
-"""`catalogue FOLDER|FILE... -o DIR`: all parts of a folder in one table and on one page."""
+"""`catalogue PART... -o DIR`: all parts of folders in one table and on one page."""
 
 import argparse
 import math
@@ -24,9 +24,10 @@ def register(commands: arguments.Commands) -> None:
         description="Look at every part of some folders and files: its stable poses, "
         "their probabilities with errors, footprint and height, how well it feeds, "
         "warnings, and, where a part is refused, why. The folder of -o gets "
-        "`index.html`, to sort and filter without a network, `catalogue.csv` with a row "
-        "a part and `poses.csv` with a row a pose. A run that is cut off goes on when "
-        "the same command is given again, and looks at new and changed files only.",
+        "`index.html`, to sort and filter without a network, `catalogue.csv` with a "
+        "row a part and `poses.csv` with a row a pose. A run that is cut off goes on "
+        "when the same command is given again, and looks at new and changed files "
+        "only.",
         examples=(
             "ros_pose_stats catalogue demo --unit mm -o quotes",
             "ros_pose_stats catalogue demo/clamp.stl demo/gear.stl --unit mm "
@@ -83,7 +84,8 @@ def register(commands: arguments.Commands) -> None:
     arguments.add_options(
         command,
         "--json",
-        help="print one JSON object that says what was written and refused, with all rows",
+        help="print one JSON object that says what was written and refused, with all "
+        "rows",
     )
 
 
@@ -170,7 +172,7 @@ def print_json(catalogue: "Catalogue", seconds: float) -> None:
 
 
 def print_summary(catalogue: "Catalogue", seconds: float) -> None:
-    """Print what was written, refused and doubted, and what an interrupt left undone."""
+    """Print what was written, refused and doubted, and what is left to do."""
     tally = catalogue.tally
     earlier = f", {catalogue.found} of them done before" if catalogue.found else ""
     lines = [

@@ -41,8 +41,8 @@ def register(commands: arguments.Commands) -> None:
         description="Drop variants of a part from the same starts, and say which feeds "
         "better, which of their poses correspond, and whether the drops show a "
         "difference in the model, and one to expect on a plate. Drops end where the "
-        "verdict is settled or all differences are known to a point; as many afresh then "
-        "give shares and differences.",
+        "verdict is settled or all differences are known to a point; as many afresh "
+        "then give shares and differences.",
         examples=(
             "ros_pose_stats compare demo/clamp.stl demo/clamp.stl --unit mm "
             "--com 17mm 17mm 0 --com 17mm 17mm 2mm --wanted 0,1 -o clamps.html",
@@ -63,7 +63,8 @@ def register(commands: arguments.Commands) -> None:
         "--com",
         action="append",
         default=[],
-        help=f"{arguments.CENTER_HELP}; once for all variants, or once for each in their order",
+        help=f"{arguments.CENTER_HELP}; once for all variants, or once for each in "
+        "their order",
     )
     arguments.add_options(command, *arguments.POSE_OPTIONS, *arguments.SCENE_OPTIONS)
     arguments.add_options(

@@ -30,13 +30,15 @@ def register(commands: arguments.Commands) -> None:
         description="Estimate the stable poses of a part and the probability of coming "
         f"to rest in each. {listed(scene_methods)} take the restitution and the drop "
         f"height into account; the others ignore them. {'; '.join(drop_methods)}; "
-        "`choice` in the JSON says what it did and why. These two alone take the number "
-        "of drops, the target error, the seed and the workers.",
+        "`choice` in the JSON says what it did and why. These two alone take the "
+        "number of drops, the target error, the seed and the workers.",
         examples=(
             "ros_pose_stats estimate demo/clamp.stl --unit mm",
             "ros_pose_stats estimate demo/clamp.stl --unit auto --density 7850",
-            "ros_pose_stats estimate demo/clamp.stl --unit mm --target-error 0.02 --json",
-            "ros_pose_stats estimate demo/gear.stl --unit mm --method hybrid --drops 500",
+            "ros_pose_stats estimate demo/clamp.stl --unit mm --target-error 0.02 "
+            "--json",
+            "ros_pose_stats estimate demo/gear.stl --unit mm --method hybrid "
+            "--drops 500",
             "ros_pose_stats estimate demo/hex_bolt.stl --unit mm --method all --each",
         ),
         run=run,

@@ -39,10 +39,10 @@ def register(commands: arguments.Commands) -> None:
     command = commands.add_parser(
         "feeding",
         help="plan a feeder cell: poses to pick and to flip, kick, parts on the plate",
-        description="Plan a cell with a camera, a robot and a plate that kicks all parts "
-        "on it together: which poses to pick, from which a kick is worth its time, which "
-        "kick, how many parts to put on the plate, and how many are picked a minute, with "
-        "an interval that has the plate's error in it.",
+        description="Plan a cell with a camera, a robot and a plate that kicks all "
+        "parts on it together: which poses to pick, from which a kick is worth its "
+        "time, which kick, how many parts to put on the plate, and how many are picked "
+        "a minute, with an interval that has the plate's error in it.",
         examples=(
             "ros_pose_stats feeding demo/clamp.stl --unit mm --wanted 0 1 "
             "--plate 300mm 200mm --png kicks.png",
@@ -131,7 +131,8 @@ def run(options: argparse.Namespace) -> int:
     simulated_flips, is_stopped = kick_part(part, kicks, flip_request, options)
     interruption = ""
     if is_stopped:
-        interruption = f"interrupted after {len(simulated_flips)} of {len(set(kicks))} kick heights"
+        counts = f"{len(simulated_flips)} of {len(set(kicks))}"
+        interruption = f"interrupted after {counts} kick heights"
     elif counted_flips and simulated_flips:
         simulated_flips = flip_counts.learn_speeds(simulated_flips, counted_flips)
     plan = feeding_plan.plan_feeding(
@@ -282,13 +283,13 @@ def plan_table(
             for action, poses in poses_by_action.items()
             if poses
         ),
-        f"{several(best.parts, 'part')} on a plate of {length} by {width} mm; the first "
-        f"picture has {best.pickable:.3g} to pick",
+        f"{several(best.parts, 'part')} on a plate of {length} by {width} mm; the "
+        f"first picture has {best.pickable:.3g} to pick",
         "",
         *columns(heads, rows),
-        f"in brackets: 90 % intervals, with {100.0 * statistics.plate_error:.2g} points "
-        f"of error of the plate and {100.0 * FLIPS_ERROR:g} of flips that nobody "
-        f"counted; seed {seed}",
+        f"in brackets: 90 % intervals, with {100.0 * statistics.plate_error:.2g} "
+        f"points of error of the plate and {100.0 * FLIPS_ERROR:g} of flips that "
+        f"nobody counted; seed {seed}",
         *remarks(warnings, statistics.notes),
     ]
 

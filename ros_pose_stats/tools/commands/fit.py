@@ -1,4 +1,4 @@
-"""`fit COUNTS...`: the restitution and drop height that stand for a plate, from what it did."""
+"""`fit COUNTS...`: restitution and drop height that stand for a plate, from counts."""
 
 import argparse
 import math
@@ -21,12 +21,13 @@ def register(commands: arguments.Commands) -> None:
     command = commands.add_parser(
         "fit",
         help="fit a plate's restitution and drop height to what was counted on it",
-        description="Find the restitution and the drop height at which the model explains "
-        "best what was counted on a plate, say how far to trust them, and write them into "
-        "a file of plates.",
+        description="Find the restitution and the drop height at which the model "
+        "explains best what was counted on a plate, say how far to trust them, and "
+        "write them into a file of plates.",
         examples=(
             "ros_pose_stats fit counts.csv --unit mm --plate glass",
-            "ros_pose_stats fit ~/.ros/pose_stats --plate glass --plates cell/plates.yaml",
+            "ros_pose_stats fit ~/.ros/pose_stats --plate glass --plates "
+            "cell/plates.yaml",
         ),
         run=run,
     )

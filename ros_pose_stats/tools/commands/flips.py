@@ -31,11 +31,11 @@ def register(commands: arguments.Commands) -> None:
         "flips",
         help="kick a part out of each of its poses and count where it comes to rest",
         description="Kick a part, lying in each of its poses, from below at a point of "
-        "its contact polygon, and count where it comes to rest. With the wanted poses it "
-        "says what a feeder gets by kicking parts that lie wrong, and by dropping them "
-        "again; `feeding` finds the kick that feeds fastest. With flips that a cell has "
-        "counted it gives the matrix of each of the feeder's speeds: what was counted, "
-        "with the model's kick that explains it best where little was.",
+        "its contact polygon, and count where it comes to rest. With the wanted poses "
+        "it says what a feeder gets by kicking parts that lie wrong, and by dropping "
+        "them again; `feeding` finds the kick that feeds fastest. With flips that a "
+        "cell has counted it gives the matrix of each of the feeder's speeds: what was "
+        "counted, with the model's kick that explains it best where little was.",
         examples=(
             "ros_pose_stats flips demo/clamp.stl --unit mm --kick 0.02 --wanted 0 1",
         ),
@@ -214,7 +214,7 @@ def feed(
 def flips_table(
     part: "Part", flips: "FlipStatistics", feedings: "dict[str, Feeding]"
 ) -> list[str]:
-    """Lines: the kick, the share of each pose out of each other, and what a feeder gets."""
+    """Lines: the kick, shares of poses out of each pose, and what a feeder gets."""
     heads = [
         Column("out of"),
         *(Column(f"{pose.index}") for pose in flips.poses),
@@ -251,8 +251,8 @@ def describe_flips(part: "Part", flips: "FlipStatistics") -> list[str]:
         ]
     return [
         f"{part.part_id}: {kick}",
-        f"{int(flips.counts.sum())} flips, {int(flips.unsettled.sum())} unsettled, seed "
-        f"{flips.seed}",
+        f"{int(flips.counts.sum())} flips, {int(flips.unsettled.sum())} unsettled, "
+        f"seed {flips.seed}",
     ]
 
 

@@ -12,10 +12,11 @@ def register(commands: arguments.Commands) -> None:
         "node",
         help="start the ROS 2 node",
         usage="%(prog)s [-h] [--ros-args ...]",
-        description="Start the ROS 2 node pose_stats: part meshes in, stable poses with "
-        "probabilities out, drop simulations in the background, all of it recorded.",
-        epilog="Parameters go behind `--ros-args`, each as `-p NAME:=VALUE`, or all in a "
-        "file: `--ros-args --params-file config/pose_stats.yaml`. docs/node.md lists "
+        description="Start the ROS 2 node pose_stats: part meshes in, stable poses "
+        "with probabilities out, drop simulations in the background, all of it "
+        "recorded.",
+        epilog="Parameters go behind `--ros-args`, each as `-p NAME:=VALUE`, or all in "
+        "a file: `--ros-args --params-file config/pose_stats.yaml`. docs/node.md lists "
         "them.",
         examples=(
             "ros_pose_stats node --ros-args -p restitution:=0.3 -p log_directory:=bags",

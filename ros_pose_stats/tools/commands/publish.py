@@ -15,11 +15,12 @@ def register(commands: arguments.Commands) -> None:
         "publish",
         help="send a part to the node and print its answer",
         description="Publish a mesh file as PartMesh, latched, and print what the node "
-        "answers. After five seconds without an answer it publishes on, for a node that "
-        "starts later.",
+        "answers. After five seconds without an answer it publishes on, for a node "
+        "that starts later.",
         examples=(
             "ros_pose_stats publish demo/clamp.stl --unit mm",
-            "ros_pose_stats publish demo/clamp.stl --unit mm --mass 0.06 --restitution 0.3",
+            "ros_pose_stats publish demo/clamp.stl --unit mm --mass 0.06 --restitution "
+            "0.3",
         ),
         run=run,
     )

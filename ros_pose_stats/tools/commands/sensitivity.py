@@ -1,4 +1,4 @@
-"""`sensitivity PART --wanted I...`: which change of a part feeds better, by how much."""
+"""`sensitivity PART --wanted I...`: which change of a part feeds better."""
 
 import argparse
 import sys
@@ -22,10 +22,10 @@ def register(commands: arguments.Commands) -> None:
     command = commands.add_parser(
         "sensitivity",
         help="which change of a part feeds better, and by how much",
-        description="Estimate how the share of the wanted poses changes with the centre "
-        "of mass, with stretching, and with each resting face moved in or out, and check "
-        "the best changes by drops of the part before and after from the same starts. "
-        "With --suggest it combines up to three changes within a bound.",
+        description="Estimate how the share of the wanted poses changes with the "
+        "centre of mass, with stretching, and with each resting face moved in or out, "
+        "and check the best changes by drops of the part before and after from the "
+        "same starts. With --suggest it combines up to three changes within a bound.",
         examples=(
             "ros_pose_stats sensitivity demo/clamp.stl --unit mm --wanted 0 "
             "--png sensitivity.png",
@@ -164,7 +164,7 @@ def write_files(
     sensitivity: "Sensitivity",
     suggestion: "Suggestion | None",
 ) -> list[Path]:
-    """Write the picture and the changed hull where they are wanted; which were written."""
+    """Write the picture and the changed hull as requested; return their paths."""
     files: dict[Path, bytes] = {}
     if picture is not None:
         from ..plots import figures
@@ -185,7 +185,7 @@ MOST_ROWS = 30
 
 
 def sensitivity_table(sensitivity: "Sensitivity") -> list[str]:
-    """Lines: what gains most, the share as it is, and the steps that gain, with checks."""
+    """Lines: what gains most, the share as it is, and the steps that gain."""
     from ..design import describe
 
     scene = sensitivity.scene
@@ -298,8 +298,8 @@ def suggestion_table(suggestion: "Suggestion") -> list[str]:
         f"by {suggestion.drops} drops of the part as it is and after each step, seed "
         f"{suggestion.seed}, that had no say in the choice; the estimate chose and so "
         "flatters it",
-        f"the outline moves by {1e3 * suggestion.outline:.3f} mm, the centre of mass by "
-        f"{1e3 * suggestion.center_shift:.3f} mm",
+        f"the outline moves by {1e3 * suggestion.outline:.3f} mm, the centre of mass "
+        f"by {1e3 * suggestion.center_shift:.3f} mm",
         "",
     ]
 

@@ -18,8 +18,8 @@ def register(commands: arguments.Commands) -> None:
     command = commands.add_parser(
         "show",
         help="print what the node has latched",
-        description="Print what a running node has latched: of one part the table of its "
-        "poses, else a row for each part.",
+        description="Print what a running node has latched: of one part the table of "
+        "its poses, else a row for each part.",
         examples=("ros_pose_stats show", "ros_pose_stats show clamp --watch"),
         run=run,
     )

@@ -32,8 +32,8 @@ VALUES = {
     "jobs": f"part_id part_digest {JOB}",
     "counts": f"{PART} plate drop_height begin end index count share share_low "
     "share_high problem",
-    "comparison": f"{PART} counts_of counted {SCENE} rms largest largest_pose by {TEST} "
-    "unforeseen",
+    "comparison": f"{PART} counts_of counted {SCENE} rms largest largest_pose by "
+    f"{TEST} unforeseen",
 }
 """Of the rows of each file. Probabilities, shares and errors are fractions."""
 

@@ -34,8 +34,9 @@ def bag_report(analysis: comparisons.BagAnalysis) -> str:
 def _contents_lines(contents: bag_reader.BagContents) -> Iterator[str]:
     kinds = ", ".join(f"{count} {kind}" for kind, count in contents.messages.items())
     yield (
-        f"{several(len(contents.bags), 'bag')}, {several(len(contents.files), 'file')}, "
-        f"{utc(contents.begin)} to {utc(contents.end)} UTC"
+        f"{several(len(contents.bags), 'bag')}, "
+        f"{several(len(contents.files), 'file')}, {utc(contents.begin)} to "
+        f"{utc(contents.end)} UTC"
     )
     yield from _wrapped(f"messages: {kinds}")
     for file in contents.files:
@@ -310,7 +311,8 @@ def _camera_lines(counts: camera_counts.CameraCounts) -> Iterator[str]:
     )
     yield (
         f"  unclassified: {counts.unclassified} of {total}, "
-        f"{percent(counts.unclassified_share)} % (90 % interval {interval(low, high)} %)"
+        f"{percent(counts.unclassified_share)} % (90 % interval {interval(low, high)} "
+        "%)"
     )
 
 

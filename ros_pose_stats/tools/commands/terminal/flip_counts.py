@@ -21,7 +21,7 @@ def add_counts_option(command: argparse._ActionsContainer) -> None:
 
 
 def read_flips(file: str | None, pose_count: int) -> "dict[str, Index]":
-    """Flips (K, K) from pose to pose by the feeder's speed; none where `file` is None."""
+    """Flips (K, K) from pose to pose by the feeder's speed; none without a file."""
     if file is None:
         return {}
     import numpy as np

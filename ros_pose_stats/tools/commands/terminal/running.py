@@ -86,7 +86,7 @@ class ProgressBar:
         self._line_length = len(line)
 
     def _line(self, share: float, text: str) -> str:
-        """Bar and text, narrower than the terminal; the text alone if that is narrow."""
+        """Bar and text, narrower than the terminal; in a narrow one the text."""
         try:
             columns = os.get_terminal_size(self._stream.fileno()).columns
         except (OSError, ValueError):
