@@ -22,12 +22,13 @@ class PoseStatsError(ValueError):
     """
 
     def __init__(self, expected: str, found: str, remedy: str) -> None:
-        found = " ".join(part.strip() for part in found.splitlines())
-        found = found if len(found) <= _LONGEST else f"{found[: _LONGEST - 1]}…"
+        line = " ".join(part.strip() for part in found.splitlines())
+        if len(line) > _LONGEST:
+            line = f"{line[: _LONGEST - 1]}…"
         self.expected = expected
-        self.found = found
+        self.found = line
         self.remedy = remedy
-        super().__init__(f"expected {expected}, got {found}; {remedy}")
+        super().__init__(f"expected {expected}, got {line}; {remedy}")
 
     def __reduce__(self) -> "tuple[type[PoseStatsError], tuple[str, str, str]]":
         return type(self), (self.expected, self.found, self.remedy)
@@ -54,14 +55,12 @@ class BagError(PoseStatsError):
 
 
 class BatchError(PoseStatsError):
-    """Work in pieces that cannot go on: a folder, a process or a cluster that does not serve."""
+    """Work in pieces that cannot go on: a folder, process or cluster fails."""
 
 
 def reason(error: BaseException) -> str:
     """An error in one line, never empty."""
-    text = (
-        (isinstance(error, OSError) and error.strerror)
-        or str(error)
-        or type(error).__name__
-    )
-    return " ".join(text.split())
+    text = str(error)
+    if isinstance(error, OSError) and error.strerror:
+        text = error.strerror
+    return " ".join((text or type(error).__name__).split())

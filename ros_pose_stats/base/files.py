@@ -1,7 +1,8 @@
 """Files that are whole, on the disk, and one process's own.
 
-`write_whole` and `write_file`: all or nothing after a killed process. `replace_file` and what it
-is made of: all or nothing after a power cut, too. `DirectoryLock`: one writer a directory.
+`write_whole` and `write_file`: all or nothing after a killed process. `replace_file`
+and what it is made of: all or nothing after a power cut, too. `DirectoryLock`: one
+writer a directory.
 """
 
 import errno
@@ -20,13 +21,13 @@ from typing import BinaryIO, NoReturn
 from .errors import RequestError, reason
 
 PREFIX = ".unfinished-"
-HALF = ".half"  # suffix of a file that is being written and takes its name when it is whole
+HALF = ".half"  # suffix of a file until it is whole and takes its name
 LOCK = ".lock"  # file whose lock is that of its directory
 
 _NO_SUCH_SYNC = frozenset((errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP))
 """What file systems answer that have nothing to sync for a directory."""
 
-_GLANCES = 5  # a lock found taken is tried again this often: somebody may only have looked at it
+_GLANCES = 5  # tries for a taken lock: somebody may only have looked at it
 _GLANCE = 0.002  # seconds between two tries; looking takes microseconds
 LOCK_SECONDS = 10.0  # for which a writer waits for another one
 _TAKEN = frozenset((errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES))
@@ -44,9 +45,11 @@ class NotAFileError(OSError):
 
 
 def open_file(file: str | os.PathLike[str]) -> BinaryIO:
-    """Open a regular file, or a link to one, for reading: a pipe or a device may never end."""
-    _refuse_others(os.stat(file).st_mode, file)  # noqa: PTH116 - opening may already do something
-    # Another file may have taken its name since, and a pipe waits for whoever writes to it.
+    """Open a regular file, or a link to one: a pipe or a device may never end."""
+    # Opening may already do something.
+    _refuse_others(os.stat(file).st_mode, file)  # noqa: PTH116
+    # Another file may have taken its name since, and a pipe waits for whoever writes to
+    # it.
     number = os.open(file, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY)
     try:
         _refuse_others(os.fstat(number).st_mode, file)
@@ -67,29 +70,30 @@ def _refuse_others(mode: int, file: str | os.PathLike[str]) -> None:
 
 
 def refuse_irregular(file: Path) -> None:
-    """Refuse what is there under a name if it is no file: whoever opens it may wait for ever."""
+    """Refuse a name of what is no file: whoever opens that may wait for ever."""
     with suppress(FileNotFoundError):
         _refuse_others(file.stat().st_mode, file)
 
 
-def read_file(file: str | os.PathLike[str], most: int | None = None) -> bytes:
-    """Bytes of a regular file, one more than `most` where there are more than that."""
+def read_file(file: str | os.PathLike[str], limit: int | None = None) -> bytes:
+    """Bytes of a regular file, one more than `limit` where there are more than that."""
     with open_file(file) as stream:
-        return stream.read() if most is None else stream.read(most + 1)
+        return stream.read() if limit is None else stream.read(limit + 1)
 
 
 def write_whole(folder: Path, write: Callable[[Path], object]) -> list[Path]:
     """Write files in a temporary folder, then move them into their folder.
 
-    `write`: given an empty folder on the same file system, writes files into it. If that fails or
-    is interrupted, nothing has changed. Returns the files in the order of their names.
+    `write`: given an empty folder on the same file system, writes files into it. If
+    that fails or is interrupted, nothing has changed. Returns the files in the order of
+    their names.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(prefix=PREFIX, dir=folder) as name:
-        aside = Path(name)
-        write(aside)
-        files = sorted(one for one in aside.rglob("*") if one.is_file())
-        targets = [folder / one.relative_to(aside) for one in files]
+        temporary = Path(name)
+        write(temporary)
+        files = sorted(path for path in temporary.rglob("*") if path.is_file())
+        targets = [folder / path.relative_to(temporary) for path in files]
         for target in targets:
             target.parent.mkdir(parents=True, exist_ok=True)
         for file, target in zip(files, targets, strict=True):
@@ -99,21 +103,25 @@ def write_whole(folder: Path, write: Callable[[Path], object]) -> list[Path]:
 
 def write_file(file: Path, data: bytes) -> None:
     """Write one file, whole or not at all, and create its folder."""
-    write_whole(file.parent, lambda aside: (aside / file.name).write_bytes(data))
+    write_whole(file.parent, lambda folder: (folder / file.name).write_bytes(data))
 
 
 def remove_unfinished(folder: Path) -> None:
     """Remove what a killed `write_whole` had begun, where nobody else is writing."""
-    for left in folder.glob(f"{PREFIX}*"):
-        shutil.rmtree(left, ignore_errors=True)  # leftovers do no harm
+    for unfinished in folder.glob(f"{PREFIX}*"):
+        shutil.rmtree(unfinished, ignore_errors=True)  # leftovers do no harm
 
 
 def refuse_unwritable(folder: Path) -> None:
-    """Check, before anything is measured, that files can be written to a folder to be."""
+    """Check, before any work, that files can be written to a folder to be."""
     path = folder.absolute()
     try:
-        there = next(one for one in (path, *path.parents) if one.exists())
-        with TemporaryDirectory(prefix=PREFIX, dir=there):
+        parent = next(
+            folder_above
+            for folder_above in (path, *path.parents)
+            if folder_above.exists()
+        )
+        with TemporaryDirectory(prefix=PREFIX, dir=parent):
             pass
     except OSError as error:
         raise RequestError(
@@ -124,27 +132,31 @@ def refuse_unwritable(folder: Path) -> None:
 
 
 def folders_below(top: Path) -> Iterator[tuple[Path, list[str]]]:
-    """Folders with the names of their files, each once, whatever links lead to it; nothing hidden.
+    """Folders with the names of their files, each once; nothing hidden.
 
-    Links, which may go in circles, come last, so that what lies below the top by itself is named
-    by that path.
+    Links, which may go in circles, come last, so that what lies below the top by itself
+    is named by that path.
     """
-    seen: set[tuple[int, int]] = set()
-    tops = deque([str(top)])
-    while tops:
-        for folder, below, names in os.walk(tops.popleft(), onerror=_refuse_folder):
+    identities: set[tuple[int, int]] = set()
+    roots = deque([str(top)])
+    while roots:
+        for folder, subfolders, names in os.walk(
+            roots.popleft(), onerror=_refuse_folder
+        ):
             try:
-                found = Path(folder).stat()
+                status = Path(folder).stat()
             except OSError as error:  # removed just now
                 _refuse_folder(error)
-            identity = found.st_dev, found.st_ino
-            if identity in seen:
-                below.clear()
+            identity = status.st_dev, status.st_ino
+            if identity in identities:
+                subfolders.clear()
                 continue
-            seen.add(identity)
-            below[:] = sorted(name for name in below if not name.startswith("."))
-            paths = (Path(folder, name) for name in below)
-            tops.extend(str(path) for path in paths if path.is_symlink())
+            identities.add(identity)
+            subfolders[:] = sorted(
+                name for name in subfolders if not name.startswith(".")
+            )
+            paths = (Path(folder, name) for name in subfolders)
+            roots.extend(str(path) for path in paths if path.is_symlink())
             yield Path(folder), [name for name in names if not name.startswith(".")]
 
 
@@ -178,22 +190,22 @@ def make_directories(directory: Path) -> None:
 
 
 def write_all(number: int, buffers: Sequence[bytes | memoryview], offset: int) -> int:
-    """Write buffers one after the other from `offset` on; return the offset behind them."""
-    waiting = [memoryview(buffer).cast("B") for buffer in buffers]
-    while waiting:
-        written = os.pwritev(number, waiting, offset)
+    """Write buffers in a row from `offset` on; return the offset behind them."""
+    views = [memoryview(buffer).cast("B") for buffer in buffers]
+    while views:
+        written = os.pwritev(number, views, offset)
         if written == 0:
             raise OSError(errno.EIO, os.strerror(errno.EIO))
         offset += written
-        while waiting and written >= len(waiting[0]):
-            written -= len(waiting.pop(0))
-        if waiting:
-            waiting[0] = waiting[0][written:]
+        while views and written >= len(views[0]):
+            written -= len(views.pop(0))
+        if views:
+            views[0] = views[0][written:]
     return offset
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Write a whole file under another name, then rename: on an OSError the old one is there."""
+    """Write a whole file under another name, then rename it."""
     half = path.with_name(path.name + HALF)
     try:
         half.unlink(missing_ok=True)  # it may be a pipe
@@ -212,14 +224,14 @@ def replace_file(path: Path, content: bytes) -> None:
 
 
 def remove_empty(directory: Path) -> None:
-    """Delete a directory that holds nothing, or nothing but a lock, which the caller has."""
+    """Delete a directory that holds nothing, or only the caller's lock."""
     if all(entry.name == LOCK for entry in directory.iterdir()):
         (directory / LOCK).unlink(missing_ok=True)
         directory.rmdir()
 
 
 class DirectoryLock:
-    """The kernel's lock (flock) of one directory, held until its process ends, however it does."""
+    """The kernel's lock (flock) of one directory, until its process ends."""
 
     def __init__(self, number: int) -> None:
         self._number = number
@@ -245,7 +257,7 @@ class DirectoryLock:
         return is_file_at(self._number, directory / LOCK)
 
     def release(self) -> None:
-        """Let go of the directory; the lock file stays, so that nobody locks a deleted one."""
+        """Let go of the directory; the file stays, so nobody locks a deleted one."""
         if self._number >= 0:
             os.close(self._number)
         self._number = -1
@@ -262,10 +274,10 @@ def locked_directory(directory: Path) -> Iterator[None]:
     """Have what is written into a directory meanwhile follow what others write so."""
     number = os.open(directory, os.O_RDONLY)
     try:
-        until = time.monotonic() + LOCK_SECONDS
+        deadline = time.monotonic() + LOCK_SECONDS
         with suppress(OSError):  # of file systems that lock no directories
             while not _try(number, fcntl.LOCK_EX):
-                if time.monotonic() > until:
+                if time.monotonic() > deadline:
                     raise RequestError(
                         f"to write in {directory} within {LOCK_SECONDS:g} s",
                         "another process that writes there",

@@ -26,7 +26,8 @@ class Method:
     about: str  # what decides in it, in one line
     # where it comes from in the paper, with the equation; empty for this project's own
     source: str = ""
-    # module of `estimators` that has the function of that name; empty for what is no estimator
+    # module of `estimators` that has the function of that name; empty for what is no
+    # estimator
     module: str = ""
     knows_scene: bool = False  # whether restitution and drop height change its answer
     # whether it simulates: some drops beside an estimate, or nothing but drops
@@ -114,8 +115,9 @@ METHODS = (
     ),
 )
 
-AT_ONCE = (*(one.name for one in METHODS if one.module), AUTO)
-"""Names of the estimators, and `auto`, whose answer is the best of them checked by drops."""
+AT_ONCE = (*(method.name for method in METHODS if method.module), AUTO)
+"""Names of the estimators, and `auto`, whose answer is the best of them checked by
+drops."""
 
-BESIDE_DROPS = tuple(one.name for one in METHODS if one.drops == "some")
+BESIDE_DROPS = tuple(method.name for method in METHODS if method.drops == "some")
 """Names of the methods that combine an estimate with drops."""

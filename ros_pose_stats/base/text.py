@@ -11,14 +11,15 @@ from typing import Any, NamedTuple
 SECOND = 1_000_000_000
 GAP = "  "
 FORMULAS = ("=", "+", "-", "@", "\t", "\r", "\n")
-"""What a cell of a table begins with that spreadsheets compute, or look behind for such."""
+"""What a cell of a table begins with that spreadsheets compute, or look behind for
+such."""
 
 WIDTH = 100  # width of a report, in characters
 MOST_POSES = 40  # poses that a table lists; the others are summed up in one line
 
 
 class Column(NamedTuple):
-    """Head of a column: its title, the unit below it, and whether text is flush left."""
+    """Head of a column: title, unit below it, and whether text is flush left."""
 
     title: str
     unit: str = ""
@@ -46,7 +47,7 @@ def columns(heads: Sequence[Column], rows: Iterable[Sequence[str]]) -> list[str]
 
 
 def printable(text: str) -> str:
-    """Text from outside without line ends and other characters that would disturb a terminal."""
+    """Text from outside without what would disturb a terminal, as line ends."""
     return "".join(sign if sign.isprintable() else "?" for sign in text)
 
 
@@ -61,17 +62,16 @@ def ending(text: str, width: int) -> str:
 
 
 def percent(fraction: float) -> str:
-    """A fraction in percent or points with two decimals; a dash where it is not known."""
+    """A fraction in percent or points with two decimals; a dash for NaN."""
     return "-" if math.isnan(fraction) else f"{100.0 * fraction:.2f}"
 
 
 def points(fraction: float, digits: int = 1) -> str:
     """A signed difference in points; a dash where it is not known."""
-    return (
-        "-"
-        if math.isnan(fraction)
-        else f"{round(100.0 * fraction, digits) + 0.0:+.{digits}f}"
-    )
+    if math.isnan(fraction):
+        return "-"
+    rounded = round(100.0 * fraction, digits) + 0.0  # no negative zero
+    return f"{rounded:+.{digits}f}"
 
 
 def interval(low: float, high: float) -> str:
@@ -144,12 +144,12 @@ def name_poses(poses: Sequence[int]) -> str:
 
 def remarks(warnings: Iterable[str], notes: Iterable[str]) -> list[str]:
     """An empty line, warnings, then notes; nothing where there are neither."""
-    lines = ["", *warnings, *(f"note {line}" for line in notes)]
-    return lines[1:] and lines
+    lines = [*warnings, *(f"note {line}" for line in notes)]
+    return ["", *lines] if lines else []
 
 
 def most_probable(poses: Sequence[Any]) -> str:
-    """The first three groups of statistics or of their message, in per cent: 0-3: 90.1, 4+5: 9."""
+    """The three most probable groups, in per cent: 0-3: 90.1, 4+5: 9."""
     groups = {pose.group: pose.group_probability for pose in poses}
     return ", ".join(
         ranges(sorted(pose.index for pose in poses if pose.group == group)).replace(
@@ -164,11 +164,12 @@ def utc(nanoseconds: int) -> str:
     """A time since 1970 to the second; a dash for 0."""
     if not nanoseconds:
         return "-"
-    return f"{datetime.fromtimestamp(nanoseconds // SECOND, timezone.utc):%Y-%m-%d %H:%M:%S}"
+    time = datetime.fromtimestamp(nanoseconds // SECOND, timezone.utc)
+    return f"{time:%Y-%m-%d %H:%M:%S}"
 
 
 def csv_lines(heads: Iterable[str], rows: Iterable[Iterable[Any]]) -> Iterator[str]:
-    """Lines for spreadsheets, with all digits; formulas are quoted, unknown numbers empty."""
+    """Lines for spreadsheets: all digits; formulas quoted, unknown numbers empty."""
     for row in chain([heads], rows):
         line = io.StringIO(newline="")
         # Only a writer that ends lines in both signs quotes both within cells.
@@ -179,9 +180,9 @@ def csv_lines(heads: Iterable[str], rows: Iterable[Iterable[Any]]) -> Iterator[s
 def _cell(value: Any) -> Any:
     if isinstance(value, float):
         return repr(float(value)) if math.isfinite(value) else ""
-    return (
-        f"'{value}" if isinstance(value, str) and value.startswith(FORMULAS) else value
-    )
+    if isinstance(value, str) and value.startswith(FORMULAS):
+        return f"'{value}"
+    return value
 
 
 def code_of(warning: str) -> str:

@@ -1,8 +1,8 @@
-"""A process that does one thing at a time, and that whoever started it may end at any moment.
+"""A process that does one thing at a time, and may be ended at any moment.
 
-It reads functions with their arguments from its standard input and writes what they returned to
-its standard output, both pickled. It ends with its input, also in the middle of its work: nothing
-is left behind by a run that was killed.
+It reads functions with their arguments from its standard input and writes what they
+returned to its standard output, both pickled. It ends with its input, also in the
+middle of its work: nothing is left behind by a run that was killed.
 """
 
 import os
@@ -25,15 +25,14 @@ Made = TypeVar("Made")
 READY = b"ready"
 FIRST_TO_GO = "1000"  # of all processes, when the memory of the machine is used up
 STEP_SECONDS = 1.0  # most of a time limit that is lost each time a run is suspended
-START_SECONDS = (
-    60.0  # in which a process says that it is there; a machine may have much to do
-)
-PREPARE_SECONDS = (
-    900.0  # in which it prepares itself: without a cache, kernels are compiled
-)
-IDLE_SECONDS = (
-    60.0  # after which a process that nobody needs gives its memory back by ending
-)
+START_SECONDS = 60.0
+"""In which a process says that it is there; a machine may have much to do."""
+
+PREPARE_SECONDS = 900.0
+"""In which it prepares itself: without a cache, kernels are compiled."""
+
+IDLE_SECONDS = 60.0
+"""After which a process that nobody needs gives its memory back by ending."""
 
 # `-m` would search the current folder first, where somebody else's files may lie.
 _PROGRAM = "import sys; sys.path[:] = {path!a}; from {module} import main; main()"
@@ -52,8 +51,9 @@ class WorkerProcess:
 
     def __init__(self, seconds: float = START_SECONDS) -> None:
         program = _PROGRAM.format(path=sys.path, module=__name__)
-        # Ctrl-C reaches all processes of a terminal, and whoever started this one decides.
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        # Ctrl-C reaches all processes of a terminal, and whoever started this one
+        # decides.
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             try:
                 self._process = subprocess.Popen(
@@ -62,7 +62,7 @@ class WorkerProcess:
                     stdout=subprocess.PIPE,
                 )
             finally:
-                signal.pthread_sigmask(signal.SIG_SETMASK, before)
+                signal.pthread_sigmask(signal.SIG_SETMASK, mask)
             with self._ended_after(seconds):
                 ready = self._read()
         except (OSError, ProcessDiedError) as error:
@@ -83,42 +83,41 @@ class WorkerProcess:
             self._process.stdin.flush()
         except (OSError, ValueError) as error:  # closed by `kill`
             raise self._died() from error
-        made: Made = self._read()
-        return made
+        answer: Made = self._read()
+        return answer
 
     def call_within(
         self, seconds: float, function: Callable[..., Made], *arguments: Any
     ) -> Made:
-        """Have a function called there; the process ends if that takes longer while it runs."""
+        """Have a function called there; the process ends if that takes longer."""
         with self._ended_after(seconds):
             return self.call(function, *arguments)
 
     @contextmanager
     def _ended_after(self, seconds: float) -> Iterator[None]:
         """End the process if what is done meanwhile takes longer."""
-        done = threading.Event()
-        late = threading.Event()
+        is_done = threading.Event()
+        is_late = threading.Event()
 
         def guard() -> None:
-            left = seconds
-            while (
-                left > 0.0
-            ):  # in steps, so that a run that is suspended does not grow old
-                if done.wait(min(left, STEP_SECONDS)):
+            remaining = seconds
+            # In steps, so that a run that is suspended does not grow old.
+            while remaining > 0.0:
+                if is_done.wait(min(remaining, STEP_SECONDS)):
                     return
-                left -= STEP_SECONDS
-            late.set()
+                remaining -= STEP_SECONDS
+            is_late.set()
             self._process.kill()
 
         threading.Thread(target=guard, name="time limit", daemon=True).start()
         try:
             yield
         except ProcessDiedError as error:
-            if late.is_set():
+            if is_late.is_set():
                 raise TookLongError(f"took longer than {seconds:g} s") from error
             raise
         finally:
-            done.set()
+            is_done.set()
 
     def is_alive(self) -> bool:
         """Whether it has not ended."""
@@ -150,19 +149,19 @@ class WorkerProcess:
 
 
 class Worker:
-    """A process that is there while somebody needs it, for one caller after the other."""
+    """A process while somebody needs it, for one caller after the other."""
 
     def __init__(self, prepare: Callable[[], object]) -> None:
         self._prepare = prepare
         self._turn = threading.Lock()
         self._process: WorkerProcess | None = None
-        self._idle = threading.Timer(IDLE_SECONDS, self._rest)
+        self._idle = threading.Timer(IDLE_SECONDS, self._end_idle)
         self.closed = False
 
     def call_within(
         self, seconds: float, function: Callable[..., Made], *arguments: Any
     ) -> Made:
-        """Have a function of a module called there; after a TookLongError in another process."""
+        """Have a function called there; after a TookLongError in a new process."""
         with self._turn:
             self._idle.cancel()
             try:
@@ -171,7 +170,7 @@ class Worker:
                 self._drop()
                 raise
             finally:
-                self._idle = threading.Timer(IDLE_SECONDS, self._rest)
+                self._idle = threading.Timer(IDLE_SECONDS, self._end_idle)
                 self._idle.daemon = True
                 self._idle.start()
 
@@ -199,7 +198,7 @@ class Worker:
             raise ProcessDiedError("is closed")
         return self._process
 
-    def _rest(self) -> None:
+    def _end_idle(self) -> None:
         with self._turn:
             if threading.current_thread() is self._idle:  # else it was needed again
                 self._drop()
@@ -211,34 +210,33 @@ class Worker:
 
 
 def main() -> None:
-    """Say that it is there, and do what is asked for until there is nothing more to read."""
+    """Say that it is ready, and answer requests until its input ends."""
     with suppress(OSError):  # a system without it
         Path("/proc/self/oom_score_adj").write_text(FIRST_TO_GO)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever prints must not come between the answers
     _answer(answers, READY)
-    waiting: queue.SimpleQueue[tuple[Callable[..., Any], tuple[Any, ...]]] = (
+    requests: queue.SimpleQueue[tuple[Callable[..., Any], tuple[Any, ...]]] = (
         queue.SimpleQueue()
     )
     threading.Thread(
-        target=_read_requests, args=(waiting,), name="requests", daemon=True
+        target=_read_requests, args=(requests,), name="requests", daemon=True
     ).start()
     while True:
-        function, arguments = waiting.get()
+        function, arguments = requests.get()
         try:
-            made = function(*arguments)
-        except (
-            BaseException
-        ):  # at a usual end Python would wait for the thread that reads
+            answer = function(*arguments)
+        except BaseException:
+            # At a usual end Python would wait for the thread that reads.
             traceback.print_exc()
             os._exit(1)
-        _answer(answers, made)
+        _answer(answers, answer)
 
 
-def _read_requests(waiting: queue.SimpleQueue[Any]) -> None:
+def _read_requests(requests: queue.SimpleQueue[Any]) -> None:
     try:
         while True:
-            waiting.put(pickle.load(sys.stdin.buffer))
+            requests.put(pickle.load(sys.stdin.buffer))
     except (EOFError, pickle.UnpicklingError):  # whoever asked is gone
         os._exit(0)
     except Exception:  # what was asked for cannot be loaded here
@@ -246,9 +244,9 @@ def _read_requests(waiting: queue.SimpleQueue[Any]) -> None:
         os._exit(1)
 
 
-def _answer(answers: BinaryIO, made: object) -> None:
+def _answer(answers: BinaryIO, answer: object) -> None:
     try:
-        pickle.dump(made, answers, pickle.HIGHEST_PROTOCOL)
+        pickle.dump(answer, answers, pickle.HIGHEST_PROTOCOL)
         answers.flush()
     except BrokenPipeError:  # nobody is left
         os._exit(0)

@@ -1,1 +1,1 @@
-"""Long work in pieces: handed out to threads, processes or a cluster, and gone on with later."""
+"""Long work in pieces: for threads, processes or a cluster, now or later."""

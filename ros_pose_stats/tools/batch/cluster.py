@@ -30,8 +30,8 @@ CLOSE_SECONDS = 5.0
 LOSSES = 3
 """Times that a piece whose workers died is handed out anew.
 
-The scheduler itself gives it to another worker three times before it counts as failed, and
-it counts the pieces that a lost worker had not begun.
+The scheduler itself gives it to another worker three times before it counts as failed,
+and it counts the pieces that a lost worker had not begun.
 """
 
 
@@ -54,9 +54,10 @@ def work_on_cluster(
     should_stop: Callable[[], bool],
     worker_seconds: float = WORKER_SECONDS,
 ) -> Generator[tuple[Piece, Made], None, None]:
-    """Have the workers of a scheduler do work; pieces of lost workers are done by others.
+    """Have a scheduler's workers do work; others do the pieces of lost ones.
 
-    `address`: such as `tcp://10.0.0.1:8786`; `worker_seconds`: longest without any worker.
+    `address`: such as `tcp://10.0.0.1:8786`; `worker_seconds`: longest without any
+    worker.
     """
     if not pieces:
         return
@@ -66,7 +67,7 @@ def work_on_cluster(
             executor = client.get_executor(pure=False)
             yield from in_flight(
                 lambda piece: executor.submit(
-                    work_there, VERSION, work.function, *work.arguments(piece)
+                    call_on_worker, VERSION, work.function, *work.arguments(piece)
                 ),
                 run.receive,
                 pieces,
@@ -90,8 +91,8 @@ class _Run(Generic[Piece, Made]):
         self._work = work
         self._worker_seconds = worker_seconds
         self._losses: Counter[Piece] = Counter()
-        self._seen = time.monotonic()
-        self._looked = -LOOK_SECONDS
+        self._last_worker = time.monotonic()
+        self._last_look = -LOOK_SECONDS
         self._threads = 0
 
     def receive(self, future: Future[Made], piece: Piece) -> Made | None:
@@ -120,13 +121,13 @@ class _Run(Generic[Piece, Made]):
 
     def is_over(self, should_stop: Callable[[], bool]) -> bool:
         """Ask whether to stop, and give up where there is no worker for too long."""
-        now = time.monotonic()
-        if now >= self._looked + LOOK_SECONDS:
-            self._looked = now
-            self._threads = _threads(self._client)
+        instant = time.monotonic()
+        if instant >= self._last_look + LOOK_SECONDS:
+            self._last_look = instant
+            self._threads = _count_threads(self._client)
             if self._threads:
-                self._seen = now
-            elif now > self._seen + self._worker_seconds:
+                self._last_worker = instant
+            elif instant > self._last_worker + self._worker_seconds:
                 raise BatchError(
                     "a worker at the scheduler",
                     f"none at {self._address}",
@@ -136,7 +137,9 @@ class _Run(Generic[Piece, Made]):
         return should_stop()
 
 
-def work_there(version: str, function: Callable[..., Made], *arguments: Any) -> Made:
+def call_on_worker(
+    version: str, function: Callable[..., Made], *arguments: Any
+) -> Made:
     """Do a piece on a worker that has the caller's version."""
     if version != VERSION:
         raise BatchError(
@@ -171,7 +174,7 @@ def client_of(address: str, should_stop: Callable[[], bool]) -> Iterator[Client 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep tracebacks of lost connections off the terminal, since the errors say the same."""
+    """Keep tracebacks of lost connections off the terminal: errors say as much."""
     loggers = [
         logging.getLogger(name)
         for name in tuple(logging.root.manager.loggerDict)
@@ -188,13 +191,14 @@ def _quiet() -> Iterator[None]:
 
 
 def _client(address: str, should_stop: Callable[[], bool]) -> Client | None:
-    # A client without a scheduler prints long complaints at its end, so ask for one first.
+    # A client without a scheduler prints long complaints at its end, so ask for one
+    # first.
     try:
-        found = asyncio.run(_identity(address, should_stop))
-        if found is None:
+        identity = asyncio.run(_identity(address, should_stop))
+        if identity is None:
             return None
-        if found.get("type") != "Scheduler":
-            raise TypeError(f"a {found.get('type')} answers")
+        if identity.get("type") != "Scheduler":
+            raise TypeError(f"a {identity.get('type')} answers")
         return Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
     except Exception as error:  # whatever is behind the address may answer anything
         raise BatchError(
@@ -205,7 +209,7 @@ def _client(address: str, should_stop: Callable[[], bool]) -> Client | None:
         ) from error
 
 
-def _threads(client: Client) -> int:
+def _count_threads(client: Client) -> int:
     """Threads of all workers together; 0 too where the scheduler does not answer."""
     try:
         return sum(client.nthreads(callback_timeout=ANSWER_SECONDS).values())
@@ -217,17 +221,17 @@ async def _identity(
     address: str, should_stop: Callable[[], bool]
 ) -> dict[str, Any] | None:
     """Identity of what answers at an address; None if stopped before."""
-    asked = asyncio.ensure_future(_ask(address))
+    request = asyncio.ensure_future(_ask(address))
     begin = time.monotonic()
-    while not asked.done():
+    while not request.done():
         if should_stop() or time.monotonic() > begin + CONNECT_SECONDS:
-            asked.cancel()
-        await asyncio.wait([asked], timeout=POLL_SECONDS)
-    if asked.cancelled():
+            request.cancel()
+        await asyncio.wait([request], timeout=POLL_SECONDS)
+    if request.cancelled():
         if should_stop():
             return None
         raise TimeoutError(f"no answer in {CONNECT_SECONDS:g} s")
-    return asked.result()
+    return request.result()
 
 
 async def _ask(address: str) -> dict[str, Any]:

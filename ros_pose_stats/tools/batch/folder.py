@@ -12,9 +12,9 @@ from ...base import errors, files, version
 class WorkFolder:
     """A folder, locked while in use, with a file that says what work lies in it.
 
-    `request`: all that the work depends on, besides the program: plain values, for JSON;
-    `has_work`: whether anything is there that depends on it; `what`: the work, in words: `a
-    dataset`.
+    `request`: all that the work depends on, besides the program: plain values, for
+    JSON; `has_work`: whether anything is there that depends on it; `title`: of the
+    work: `a dataset`.
     """
 
     def __init__(
@@ -23,7 +23,7 @@ class WorkFolder:
         claim: str,
         request: dict[str, Any],
         has_work: Callable[[], bool],
-        what: str,
+        title: str,
     ) -> None:
         self.directory = directory
         self._has_work = has_work
@@ -39,13 +39,13 @@ class WorkFolder:
             ) from error
         if lock is None:
             raise errors.BatchError(
-                f"{what} that nobody else is making",
+                f"{title} that nobody else is making",
                 f"{directory} in use",
                 "wait for the other run or name another one with -o",
             )
         self._lock = lock
         try:
-            self._claim(request, what)
+            self._claim(request, title)
         except BaseException:
             self.release()
             raise
@@ -64,31 +64,33 @@ class WorkFolder:
                 files.remove_empty(self.directory)
         self._lock.release()
 
-    def _claim(self, request: dict[str, Any], what: str) -> None:
+    def _claim(self, request: dict[str, Any], title: str) -> None:
         """Write what is asked for, or find the same there."""
         path = self._claimed
-        mine = {"written_by": f"ros_pose_stats {version.VERSION}", **request}
+        our_claim = {"written_by": f"ros_pose_stats {version.VERSION}", **request}
         try:
-            theirs = json.loads(files.read_file(path))
+            their_claim = json.loads(files.read_file(path))
         except (OSError, ValueError):
-            theirs = None
-        if theirs == mine:
+            their_claim = None
+        if their_claim == our_claim:
             return
         if self._has_work():
-            found = f"files without a readable {path.name} in {self.directory}"
-            if isinstance(theirs, dict):
+            obstacle = f"files without a readable {path.name} in {self.directory}"
+            if isinstance(their_claim, dict):
                 others = [
                     f"{name} {value}"
-                    for name, value in theirs.items()
-                    if value != mine.get(name)
+                    for name, value in their_claim.items()
+                    if value != our_claim.get(name)
                 ]
-                found = f"that on another one in {self.directory} ({', '.join(others)})"
+                obstacle = (
+                    f"that on another one in {self.directory} ({', '.join(others)})"
+                )
             raise errors.BatchError(
-                f"work on the same {what.removeprefix('a ')}",
-                found,
+                f"work on the same {title.removeprefix('a ')}",
+                obstacle,
                 "name another one, or finish the work that is there",
             )
-        write_durably(path, json.dumps(mine, indent=1).encode())
+        write_durably(path, json.dumps(our_claim, indent=1).encode())
 
 
 def write_durably(path: Path, content: bytes) -> None:
@@ -99,14 +101,14 @@ def write_durably(path: Path, content: bytes) -> None:
 
 @contextmanager
 def needing_room(
-    what: str, place: Path, kinds: tuple[type[Exception], ...] = (OSError,)
+    content: str, path: Path, kinds: tuple[type[Exception], ...] = (OSError,)
 ) -> Iterator[None]:
-    """Refuse a disk that does not take what is written in the context; `kinds`: its errors."""
+    """Refuse a disk that is full in the context; `kinds`: its errors."""
     try:
         yield
     except kinds as error:
         raise errors.BatchError(
-            f"a disk that takes {what}",
-            f"{place} ({errors.reason(error)})",
+            f"a disk that takes {content}",
+            f"{path} ({errors.reason(error)})",
             "make room; the same command then goes on from here",
         ) from error

@@ -1,4 +1,4 @@
-"""Work in processes of this machine, of which any may die without harm to the others."""
+"""Work in processes of this machine; any may die without harm to others."""
 
 import threading
 from collections.abc import Callable, Generator, Hashable, Sequence
@@ -13,9 +13,8 @@ Made = TypeVar("Made")
 
 POLL_SECONDS = 0.05
 
-TRIES = (
-    2  # a process may have died for want of memory, while another was at a large piece
-)
+TRIES = 2
+"""A process may have died for want of memory, while another was at a large piece."""
 
 
 def in_flight(
@@ -23,25 +22,25 @@ def in_flight(
     receive: Callable[[Future[Made], Piece], Made | None],
     pieces: Sequence[Piece],
     should_stop: Callable[[], bool],
-    most: Callable[[], int],
+    limit: Callable[[], int],
 ) -> Generator[tuple[Piece, Made], None, None]:
-    """Hand out pieces, at `most` so many at a time, and give each as it is done.
+    """Hand out pieces, at `limit` so many at a time, and give each as it is done.
 
     `receive` gives None where a piece is to be handed out anew.
     """
-    waiting = list(reversed(pieces))
-    busy: dict[Future[Made], Piece] = {}
-    while (waiting or busy) and not should_stop():
-        while waiting and len(busy) < most():
-            piece = waiting.pop()
-            busy[submit(piece)] = piece
-        for future in wait(busy, POLL_SECONDS, FIRST_COMPLETED).done:
-            piece = busy.pop(future)
-            made = receive(future, piece)
-            if made is None:
-                waiting.append(piece)
+    queue = list(reversed(pieces))
+    futures: dict[Future[Made], Piece] = {}
+    while (queue or futures) and not should_stop():
+        while queue and len(futures) < limit():
+            piece = queue.pop()
+            futures[submit(piece)] = piece
+        for future in wait(futures, POLL_SECONDS, FIRST_COMPLETED).done:
+            piece = futures.pop(future)
+            answer = receive(future, piece)
+            if answer is None:
+                queue.append(piece)
             else:
-                yield piece, made
+                yield piece, answer
 
 
 def work_in_processes(
@@ -105,16 +104,16 @@ class _Lanes(Generic[Piece, Made]):
         """Kill all processes; no others are started."""
         with self._lock:
             self._ended = True
-            for one in list(self._processes.values()):
-                one.kill()
+            for process in list(self._processes.values()):
+                process.kill()
 
     def _process(self) -> WorkerProcess:
-        found = self._processes.get(threading.get_ident())
-        if found is None:
-            found = WorkerProcess()
-            self._processes[threading.get_ident()] = found
+        process = self._processes.get(threading.get_ident())
+        if process is None:
+            process = WorkerProcess()
+            self._processes[threading.get_ident()] = process
         with self._lock:
             if self._ended:
-                found.kill()
+                process.kill()
                 raise BatchError("work that goes on", "the end of it", "start it again")
-        return found
+        return process

@@ -1,1 +1,1 @@
-"""A catalogue of parts: their poses, shares and feeding numbers, in tables and on a page."""
+"""A catalogue of parts: poses, shares, feeding; in tables and on a page."""

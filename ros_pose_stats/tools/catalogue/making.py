@@ -12,7 +12,8 @@ from pathlib import Path
 
 from ...base import errors, files, worker
 from ...core.simulation.request import check_workers
-from ..batch import folder as folders, processes
+from ..batch import processes
+from ..batch.folder import WorkFolder, needing_room
 from .page import CHUNKS, PAGE, PageState, write_page
 from .request import CatalogueRequest, PartFile
 from .rows import Described, Row, content_of, describe_part, refused
@@ -22,7 +23,8 @@ CLAIM = "request.json"
 PICTURES = "pictures"
 
 Piece = tuple[PartFile, bool]
-"""A file, and whether the part is to be dropped where its estimate is not sure enough."""
+"""A file, and whether the part is to be dropped where its estimate is not sure
+enough."""
 
 Maker = Callable[
     [CatalogueRequest, Sequence[Piece], Callable[[], bool]],
@@ -35,12 +37,10 @@ Maker = Callable[
 class CatalogueProgress:
     """State of a run."""
 
-    parts: int  # done in all, and wanted
-    bound: int
-    found: int  # number of those that were there when this run began
-    dropping: (
-        bool  # whether these are parts that are dropped, after the estimates of all
-    )
+    parts: int  # done in all
+    bound: int  # parts to be done
+    found: int  # parts done before this run began
+    dropping: bool  # whether parts are dropped, after the estimates of all
     seconds: float  # since this stage began
 
 
@@ -51,8 +51,8 @@ class Catalogue:
     folder: Path
     page: Path
     tables: list[Path]
-    done: int  # rows in the tables, and parts that there are
-    bound: int
+    done: int  # rows in the tables
+    bound: int  # parts that there are
     found: int  # rows that an earlier run had made
     # rows that are not as sure as the target error asks, as the run was stopped
     to_be_dropped: int
@@ -78,42 +78,42 @@ def make_catalogue(
 ) -> Catalogue:
     """Make a catalogue, or go on where an earlier run was cut off.
 
-    Rows of files that have not changed since are kept; so a folder to which parts were added costs
-    the new ones alone. The same files and request give the same tables, by whichever `maker`.
-    `keep_rows`: whether to return the rows; hundreds of thousands fill the memory.
+    Rows of files that have not changed since are kept; so a folder to which parts were
+    added costs the new ones alone. The same files and request give the same tables, by
+    whichever `maker`. `keep_rows`: whether to return the rows; hundreds of thousands
+    fill the memory.
     """
-    ours = (ROWS, PAGE, *TABLES)
+    work_files = [folder / name for name in (ROWS, PAGE, *TABLES)]
     with (
-        folders.WorkFolder(
+        WorkFolder(
             folder,
             CLAIM,
             request.as_dict(),
-            lambda: any((folder / name).exists() for name in ours),
+            lambda: any(file.exists() for file in work_files),
             "a catalogue",
         ),
         closing(RowStore(folder)) as store,
     ):
-        for place in (folder, folder / CHUNKS):
-            files.remove_unfinished(place)
+        for written_to in (folder, folder / CHUNKS):
+            files.remove_unfinished(written_to)
         run = _Run(folder, parts, store, on_progress)
-        missing = run.missing()
-        found = len(parts) - len(missing)
-        run.collect(missing, False, partial(maker, request), should_stop)
-        if run.unsure() and not should_stop():
+        new_parts = run.parts_without_row()
+        run.collect(new_parts, False, partial(maker, request), should_stop)
+        if run.unsure_parts() and not should_stop():
             run.write(request, parquet)  # to be looked at while parts are dropped
-            run.collect(run.unsure(), True, partial(maker, request), should_stop)
-        tables, counted = run.write(request, parquet)
-        there = run.there()
+            run.collect(run.unsure_parts(), True, partial(maker, request), should_stop)
+        tables, tally_of_rows = run.write(request, parquet)
+        names = run.names_with_row()
         return Catalogue(
             folder,
             folder / PAGE,
             tables,
-            len(there),
+            len(names),
             len(parts),
-            found,
-            len(run.unsure()),
-            counted,
-            [store.row(name) for name in there] if keep_rows else None,
+            len(parts) - len(new_parts),
+            len(run.unsure_parts()),
+            tally_of_rows,
+            [store.row(name) for name in names] if keep_rows else None,
         )
 
 
@@ -132,15 +132,15 @@ class _Run:
         self._store = store
         self._on_progress = on_progress
 
-    def missing(self) -> list[PartFile]:
-        """Files without a row, or about what they held before, or refused: that may go well."""
+    def parts_without_row(self) -> list[PartFile]:
+        """Files without a row of what they hold now, or refused: that may go well."""
         return [
             part
             for part in self._parts
             if (entry := self._entry(part)) is None or entry.refused
         ]
 
-    def unsure(self) -> list[PartFile]:
+    def unsure_parts(self) -> list[PartFile]:
         """Files whose rows are estimates that are not sure enough."""
         return [
             part
@@ -158,20 +158,22 @@ class _Run:
         """Have parts made and keep them as they come."""
         begin = time.monotonic()
         bound = len(self._parts)
-        found = done = bound - len(parts)
-        self._on_progress(CatalogueProgress(done, bound, found, dropping, 0.0))
-        with closing(make([(part, dropping) for part in parts], should_stop)) as made:
-            for (part, _), described in made:
+        earlier = done = bound - len(parts)
+        self._on_progress(CatalogueProgress(done, bound, earlier, dropping, 0.0))
+        with closing(
+            make([(part, dropping) for part in parts], should_stop)
+        ) as answers:
+            for (part, _), described in answers:
                 self._store.keep(part, described, self._keep_picture(described))
                 done += 1
                 self._on_progress(
                     CatalogueProgress(
-                        done, bound, found, dropping, time.monotonic() - begin
+                        done, bound, earlier, dropping, time.monotonic() - begin
                     )
                 )
         self._store.sync()
 
-    def there(self) -> list[str]:
+    def names_with_row(self) -> list[str]:
         """Names of the files that have a row."""
         return [part.name for part in self._parts if self._entry(part) is not None]
 
@@ -179,65 +181,70 @@ class _Run:
         self, request: CatalogueRequest, parquet: bool
     ) -> tuple[list[Path], Tally]:
         """Write tables and page of what is there, and count what it comes to."""
-        there = self.there()
+        names = self.names_with_row()
 
         def rows() -> Iterator[Row]:
-            return map(self._store.row, there)
+            return map(self._store.row, names)
 
         tables = write_tables(self._folder, rows, parquet)
-        counted = tally(rows())
-        state = PageState(len(there), len(self._parts), len(self.unsure()), counted)
+        tally_of_rows = tally(rows())
+        state = PageState(
+            len(names), len(self._parts), len(self.unsure_parts()), tally_of_rows
+        )
         write_page(
             self._folder,
             request,
             state,
             (
                 (self._store.row(name), entry.picture)
-                for name in there
+                for name in names
                 if (entry := self._store.entry(name)) is not None
             ),
         )
-        return tables, counted
+        return tables, tally_of_rows
 
     def _entry(self, part: PartFile) -> Entry | None:
-        """What is known of a file as it is now; None where it has no row, or lost its picture."""
+        """The entry of a file as it is now; None without a row or its picture."""
         entry = self._store.entry(part.name)
         if entry is None or entry.part != part:
             return None
-        try:
-            whole = (
-                not entry.picture or (self._folder / entry.picture).stat().st_size > 0
-            )
-        except OSError:
-            return None
-        return entry if whole else None
+        if entry.picture:
+            try:
+                is_whole = (self._folder / entry.picture).stat().st_size > 0
+            except OSError:
+                return None
+            if not is_whole:
+                return None
+        return entry
 
-    def _keep_picture(self, made: Described) -> str:
-        """Write the picture under a name of the part's content; the same part has the same."""
-        if made.picture is None:
+    def _keep_picture(self, described: Described) -> str:
+        """Write the picture under a name that equal parts share."""
+        if described.picture is None:
             return ""
-        digest: str = made.row["part_digest"]
+        digest: str = described.row["part_digest"]
         name = f"{PICTURES}/{digest[:2]}/{digest[:16]}.png"
-        with folders.needing_room("the pictures", self._folder / name):
+        with needing_room("the pictures", self._folder / name):
             (self._folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (self._folder / name).write_bytes(made.picture)
+            (self._folder / name).write_bytes(described.picture)
         return name
 
 
 MOST_THREADS = 8
-"""Of a process for the drops of its part: the last part, which may be the longest, has the cores
-that the others have left."""
+"""Of a process for the drops of its part: the last part, which may be the longest, has
+the cores that the others have left."""
 
 SECONDS = (600.0, 3 * 3600.0)
-"""Of an estimate, and of drops. What takes longer is refused: it would hold back all tables.
+"""Of an estimate, and of drops. What takes longer is refused: it would hold back all
+tables.
 
-Estimates take a second, rarely a minute. Ten million drops, the most that a target error costs,
-take nine parts of ten an hour and a half on one core; tables of the estimates are there meanwhile.
+Estimates take a second, rarely a minute. Ten million drops, the most that a target
+error costs, take nine parts of ten an hour and a half on one core; tables of the
+estimates are there meanwhile.
 """
 
 
 def on_processes(workers: int | None = None) -> Maker:
-    """Parts made by processes of this machine; one that dies costs its own part alone."""
+    """Parts made by processes of this machine; a death costs one part alone."""
     count = check_workers(workers)
 
     def make(
@@ -250,7 +257,7 @@ def on_processes(workers: int | None = None) -> Maker:
             lambda process, piece: describe_within_limit(
                 process, request, piece, min(count, MOST_THREADS)
             ),
-            died,
+            refuse_dead,
             pieces,
             should_stop,
         )
@@ -271,37 +278,34 @@ def describe_within_limit(
     )
 
 
-def died(piece: Piece, how: worker.ProcessDiedError) -> Described:
+def refuse_dead(piece: Piece, death: worker.ProcessDiedError) -> Described:
     """What comes of a part whose process died, from how it ended."""
     part, drop = piece
-    why = (
-        f"the process that looked at it {how}, and so did a second one; export the part anew, "
-        "or in fewer faces"
+    reason = (
+        f"the process that looked at it {death}, and so did a second one; export the "
+        "part anew, or in fewer faces"
     )
-    if isinstance(how, worker.TookLongError):
-        done, remedy = (
-            ("dropped", "ask for a larger target error")
-            if drop
-            else ("looked at", "export it in fewer faces")
+    if isinstance(death, worker.TookLongError):
+        task = "dropped" if drop else "looked at"
+        remedy = "ask for a larger target error" if drop else "export it in fewer faces"
+        refusal = errors.RequestError(
+            f"a part that is {task} within {SECONDS[drop]:g} s",
+            "one that takes longer",
+            remedy,
         )
-        why = str(
-            errors.RequestError(
-                f"a part that is {done} within {SECONDS[drop]:g} s",
-                "one that takes longer",
-                remedy,
-            )
-        )
-    return Described(refused(part.name, why), None, False, 0.0)
+        reason = str(refusal)
+    return Described(refused(part.name, reason), None, False, 0.0)
 
 
-MOST_TOGETHER = 8
+MOST_TOGETHER = 8  # estimates that are handed out in a bundle
+
 FEWEST_BUNDLES = 50
-"""Estimates that are handed out in a bundle, since a scheduler takes milliseconds for each; fewer
-where there would be too few bundles to share out."""
+"""A scheduler takes milliseconds for each bundle, and there should be enough to share
+out."""
 
-FEWEST_IN_HAND = 4
-IN_HAND_A_THREAD = 4
-"""Bundles handed out at a time: what files hold is sent along, into the scheduler's memory."""
+FEWEST_BUNDLES_OUT = 4
+BUNDLES_A_THREAD = 4
+"""Bundles handed out at a time: their files go along, into the scheduler's memory."""
 
 Bundle = tuple[Piece, ...]
 
@@ -309,8 +313,9 @@ Bundle = tuple[Piece, ...]
 def on_cluster(address: str) -> Maker:
     """Parts made by the workers of a scheduler; lost workers' parts are made by others.
 
-    The files are read here and sent, so that workers need not see them. Parts whose workers
-    died again and again are made in a process of this machine, where that harms nobody.
+    The files are read here and sent, so that workers need not see them. Parts whose
+    workers died again and again are made in a process of this machine, where that harms
+    nobody.
     """
     from ..batch.cluster import ClusterWork, work_on_cluster
 
@@ -325,19 +330,19 @@ def on_cluster(address: str) -> Maker:
                 [(part.name, content_of(part.name), drop) for part, drop in bundle],
                 request,
             ),
-            lambda threads: max(FEWEST_IN_HAND, IN_HAND_A_THREAD * threads),
-            lambda bundle: [_make_here(request, piece) for piece in bundle],
+            lambda threads: max(FEWEST_BUNDLES_OUT, BUNDLES_A_THREAD * threads),
+            lambda bundle: [_describe_locally(request, piece) for piece in bundle],
         )
-        for bundle, made in work_on_cluster(
+        for bundle, answers in work_on_cluster(
             address, work, bundles(pieces), should_stop
         ):
-            yield from zip(bundle, made, strict=True)
+            yield from zip(bundle, answers, strict=True)
 
     return make
 
 
 def bundles(pieces: Sequence[Piece]) -> list[Bundle]:
-    """Pieces as they are handed out: those to be dropped, which take long, one by one."""
+    """Pieces as they are handed out: those to be dropped one by one."""
     dropping = any(drop for _, drop in pieces)
     size = 1 if dropping else max(1, min(MOST_TOGETHER, len(pieces) // FEWEST_BUNDLES))
     return [
@@ -355,11 +360,11 @@ def describe_bundle(
     ]
 
 
-def _make_here(request: CatalogueRequest, piece: Piece) -> Described:
+def _describe_locally(request: CatalogueRequest, piece: Piece) -> Described:
     process = worker.WorkerProcess()
     try:
         return describe_within_limit(process, request, piece)
     except worker.ProcessDiedError as error:
-        return died(piece, error)
+        return refuse_dead(piece, error)
     finally:
         process.kill()

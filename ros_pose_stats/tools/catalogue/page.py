@@ -1,7 +1,8 @@
 """The page of a catalogue: parts to sort and filter, without a network or a server.
 
-A page of some hundred parts holds all it shows. One of more takes rows from scripts beside it, for
-pages that are opened as files may read nothing else, and pictures as they come into view.
+A page of some hundred parts holds all it shows. One of more takes rows from scripts
+beside it, for pages that are opened as files may read nothing else, and pictures as
+they come into view.
 """
 
 import base64
@@ -24,17 +25,15 @@ PAGE = "index.html"
 CHUNKS = "rows"
 REPORTS = "reports"
 ASSETS = Path(__file__).with_name("assets")
-EMBEDDED = 400  # parts up to which the page holds rows and pictures itself: about two megabytes
+EMBEDDED = 400  # parts up to which the page holds rows and pictures: some 2 MB
 ROWS_A_CHUNK = 2000
 LONGEST_STEM = 200  # bytes of a part's name in that of its report
-GROUPS = (
-    8  # poses of a part that the page lists, those that symmetry makes alike as one
-)
-Shown = tuple[rows.Row, str]  # a row and the file of its picture
+GROUPS = 8  # of poses of a part that the page lists
+RowAndPicture = tuple[rows.Row, str]  # the second is the file of the picture
 
 
 class PageState(NamedTuple):
-    """How many parts have a row, there are, and are still to be dropped; and what rows come to."""
+    """Numbers of parts with a row, of all, and of those still to be dropped."""
 
     parts: int
     bound: int
@@ -43,21 +42,26 @@ class PageState(NamedTuple):
 
 
 def write_page(
-    folder: Path, request: CatalogueRequest, state: PageState, rows: Iterator[Shown]
+    folder: Path,
+    request: CatalogueRequest,
+    state: PageState,
+    rows: Iterator[RowAndPicture],
 ) -> None:
-    """Write the page into the folder of the pictures, and what it reads, in the rows' order."""
+    """Write the page, and what it reads, in the rows' order."""
     embedded = state.parts <= EMBEDDED
-    shown = (_shown(folder, row, picture, embedded) for row, picture in rows)
+    page_rows = (_page_row(folder, row, picture, embedded) for row, picture in rows)
     with needing_room("the page", folder):
-        own = list(shown) if embedded else []
+        embedded_rows = list(page_rows) if embedded else []
         chunks: list[str] = []
-        while some := list(islice(shown, ROWS_A_CHUNK)):
+        while chunk := list(islice(page_rows, ROWS_A_CHUNK)):
             chunks.append(f"{CHUNKS}/{len(chunks):05d}.js")
             files.write_file(
-                folder / chunks[-1], f"addRows({_script_json(some)});\n".encode()
+                folder / chunks[-1], f"addRows({_script_json(chunk)});\n".encode()
             )
-        ours = {one for one in (folder / CHUNKS).glob("*.js") if one.stem.isdecimal()}
-        for old in ours - {folder / name for name in chunks}:
+        chunk_files = {
+            file for file in (folder / CHUNKS).glob("*.js") if file.stem.isdecimal()
+        }
+        for old in chunk_files - {folder / name for name in chunks}:
             old.unlink()
         files.write_file(
             folder / PAGE,
@@ -68,7 +72,7 @@ def write_page(
                 one_way=f"{100.0 * store.ONE_WAY:g}",
                 request=request,
                 version=version.VERSION,
-                rows=_script_json(own),
+                rows=_script_json(embedded_rows),
                 chunks=chunks,
                 scene=describe_scene(
                     request.scene.restitution, request.scene.drop_height
@@ -82,8 +86,8 @@ def write_page(
 
 def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
     """What the command of a report is put together from."""
-    asked = request.as_dict()
-    usual = CatalogueRequest().as_dict()
+    values = request.as_dict()
+    defaults = CatalogueRequest().as_dict()
     names = (
         "density",
         "drop_height",
@@ -94,8 +98,8 @@ def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
     options = [
         word
         for name in names
-        if name == "restitution" or asked[name] != usual[name]
-        for word in (f"--{name.replace('_', '-')}", str(asked[name]))
+        if name == "restitution" or values[name] != defaults[name]
+        for word in (f"--{name.replace('_', '-')}", str(values[name]))
     ]
     return {
         "here": str(Path.cwd()),
@@ -105,7 +109,7 @@ def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
     }
 
 
-def _shown(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list[Any]:
+def _page_row(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list[Any]:
     """A row in the order in which the script takes it apart; lengths in millimetres."""
     if row["refusal"]:
         return [row["file"], row["refusal"]]

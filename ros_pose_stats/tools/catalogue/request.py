@@ -7,20 +7,21 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...base import errors, files, text
-from ...core.mesh import files as meshes, mass_properties
+from ...core.mesh import mass_properties
+from ...core.mesh.files import SUFFIXES
 from ...core.records import DropScene
 from ...core.simulation.request import drop_request
 
 
 @dataclass(frozen=True)
 class CatalogueRequest:
-    """All that the row of a part depends on, besides the content of its file and the program."""
+    """All that the row of a part depends on, besides its file and the program."""
 
     scene: DropScene = field(default_factory=DropScene)
     unit: str | None = None  # of files that declare none; as for `load_part`
     density: float | None = None  # kg/m³; as for `load_part`
-    # error over the poses, a fraction: parts whose estimate is not that sure are dropped. 0 asks
-    # for estimates alone
+    # error over the poses, a fraction: parts whose estimate is not that sure are
+    # dropped; 0 asks for estimates alone
     target_error: float = 0.0
 
     def __post_init__(self) -> None:
@@ -40,28 +41,31 @@ class CatalogueRequest:
 class PartFile(NamedTuple):
     """A file, and by what one sees that it has changed."""
 
-    # path as it was given, or below a folder that was given; `./` before one that a spreadsheet
-    # would take for a formula
+    # path as it was given, or below a folder that was given; `./` before one that a
+    # spreadsheet would take for a formula
     name: str
-    bytes: int  # its size and the time of its last change; -1 for a file that cannot be looked at
-    mtime_ns: int
+    bytes: int  # its size; -1 for a file that cannot be looked at
+    mtime_ns: int  # time of its last change
 
 
 def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
     """Files of parts, each once, by name.
 
-    `paths`: files, taken whatever their kind, and folders with all parts below them that are not
-    hidden. A folder to which several links lead counts once.
+    `paths`: files, taken whatever their kind, and folders with all parts below them
+    that are not hidden. A folder to which several links lead counts once.
     """
-    named = [str(name) for path in paths for name in _files_of(Path(path))]
-    names = {f"./{name}" if name.startswith(text.FORMULAS) else name for name in named}
+    paths_of_parts = [str(name) for path in paths for name in _files_of(Path(path))]
+    names = {
+        f"./{name}" if name.startswith(text.FORMULAS) else name
+        for name in paths_of_parts
+    }
     if not names:
         raise errors.RequestError(
-            f"files of parts ({', '.join(meshes.SUFFIXES)})",
+            f"files of parts ({', '.join(SUFFIXES)})",
             f"none in {', '.join(map(str, paths))}",
             "name a folder that holds some, or the files themselves",
         )
-    return [_looked_at(name) for name in sorted(names)]
+    return [_part_file(name) for name in sorted(names)]
 
 
 def _files_of(path: Path) -> Iterator[Path]:
@@ -74,15 +78,15 @@ def _files_of(path: Path) -> Iterator[Path]:
             )
         yield path
         return
-    for folder, below in files.folders_below(path):
-        for name in below:
-            if name.lower().endswith(meshes.SUFFIXES):
+    for folder, file_names in files.folders_below(path):
+        for name in file_names:
+            if name.lower().endswith(SUFFIXES):
                 yield Path(folder, name)
 
 
-def _looked_at(name: str) -> PartFile:
+def _part_file(name: str) -> PartFile:
     try:
-        found = os.stat(name)  # noqa: PTH116 - hundreds of thousands of times
+        status = os.stat(name)  # noqa: PTH116 - hundreds of thousands of times
     except OSError:  # a broken link; its row will say so
         return PartFile(name, -1, -1)
-    return PartFile(name, found.st_size, found.st_mtime_ns)
+    return PartFile(name, status.st_size, status.st_mtime_ns)

@@ -1,4 +1,4 @@
-"""The row of a part: what its file holds, how it comes to rest, and what a feeder gets."""
+"""The row of a part: its file, how it comes to rest, and what a feeder gets."""
 
 import math
 import time
@@ -24,15 +24,15 @@ from .request import CatalogueRequest
 Row = dict[str, Any]
 
 TARGET_OUTSIDE = 0.02
-"""Error to which parts are dropped that the estimate was not measured on, without another target:
-by such an estimate none is ranked."""
+"""Error to which parts are dropped that the estimate was not measured on, without
+another target: by such an estimate none is ranked."""
 
 
 class Described(NamedTuple):
     """What came of a part."""
 
-    # by the columns of `store.COLUMNS` as far as they are known; `poses` is a list of rows by
-    # `store.POSE_COLUMNS`. Plain values, for JSON: what is not known is None
+    # by the columns of `store.COLUMNS` as far as they are known; `poses` is a list of
+    # rows by `store.POSE_COLUMNS`. Plain values, for JSON: what is not known is None
     row: Row
     picture: bytes | None  # PNG file of the most probable pose
     to_be_dropped: bool  # whether the estimate is not as sure as the target error asks
@@ -46,32 +46,30 @@ def describe_part(
     drop: bool,
     threads: int = 1,
 ) -> Described:
-    """Look at one part. The answer depends on file and request alone, wherever it is made.
+    """Look at one part. The answer depends on file and request alone.
 
-    `content`: what the file holds, or why it cannot be read; None where it is to be read here;
-    `drop`: whether to keep the target error, if need be by drops.
+    `content`: what the file holds, or why it cannot be read; None where it is to be
+    read here; `drop`: whether to keep the target error, if need be by drops.
     """
     begin = time.perf_counter()
+    picture = None
+    to_be_dropped = False
     try:
-        row, picture, open_ = _described(name, content, request, drop, threads)
+        row, picture, to_be_dropped = _described(name, content, request, drop, threads)
     except errors.PoseStatsError as refusal:
         row = refused(name, str(refusal))
-        picture = None
-        open_ = False
     except Exception as error:  # one part must not cost all others their rows
         row = refused(
             name,
             f"failed inside the program ({type(error).__name__}: {error}); please report "
             "it with the file",
         )
-        picture = None
-        open_ = False
-    return Described(row, picture, open_, time.perf_counter() - begin)
+    return Described(row, picture, to_be_dropped, time.perf_counter() - begin)
 
 
-def refused(name: str, why: str) -> Row:
+def refused(name: str, reason: str) -> Row:
     """The row of a part that has no other answer."""
-    return {"file": name, "refusal": " ".join(why.split())}
+    return {"file": name, "refusal": " ".join(reason.split())}
 
 
 def content_of(name: str) -> bytes | errors.PoseStatsError:
@@ -91,41 +89,39 @@ def _described(
 ) -> tuple[Row, bytes, bool]:
     path = Path(name)
     scene = request.scene
-    held = content_of(name) if content is None else content
-    if isinstance(held, errors.PoseStatsError):
-        raise held
-    mesh = files.parse_mesh(path, held, request.unit, unless_declared=True)
-    given = mass_properties.check_properties(None, None, None, request.density)
-    part = parts.part_of_file(mesh, given, path.stem)
-    found = estimate_in(part, scene)  # which may be sure enough
-    outside = any(text.code_of(one) == "OUTSIDE_FIT" for one in found.warnings)
-    target = request.target_error or (TARGET_OUTSIDE if outside else 0.0)
+    if content is None:
+        content = content_of(name)
+    if isinstance(content, errors.PoseStatsError):
+        raise content
+    mesh = files.parse_mesh(path, content, request.unit, unless_declared=True)
+    mass = mass_properties.check_properties(None, None, None, request.density)
+    part = parts.part_of_file(mesh, mass, path.stem)
+    statistics = estimate_in(part, scene)  # which may be sure enough
+    target = request.target_error
+    if not target and "OUTSIDE_FIT" in map(text.code_of, statistics.warnings):
+        target = TARGET_OUTSIDE
     if drop or not target:
         # From a seed of the part's own: equal parts have equal rows, in whatever order.
-        found = auto.auto(
+        statistics = auto.auto(
             part, target, None, seed=part.seed, workers=threads, **asdict(scene)
         )
-    groups = pose_groups.pose_groups(found)
+    to_be_dropped = False
+    if target and not drop:
+        prior = confidence.estimate_prior(statistics, poses_in(part, scene), scene)
+        to_be_dropped = confidence.estimate_bound(prior) > target
+    groups = pose_groups.pose_groups(statistics)
     row = {
         "file": name,
         "unit_declared": mesh.declared is not None,
-        **_row(part, found, groups),
+        **_row(part, statistics, groups),
         "refusal": "",
         "poses": [_pose_row(group, pose) for group in groups for pose in group.poses],
     }
-    return (
-        plain_value(row),
-        pose_thumbnail(part, groups[0].first, found.radius),
-        bool(target)
-        and not drop
-        and confidence.estimate_bound(
-            confidence.estimate_prior(found, poses_in(part, scene), scene)
-        )
-        > target,
-    )
+    picture = pose_thumbnail(part, groups[0].first, statistics.radius)
+    return plain_value(row), picture, to_be_dropped
 
 
-def _row(part: Part, found: PoseStatistics, groups: Sequence[PoseGroup]) -> Row:
+def _row(part: Part, estimate: PoseStatistics, groups: Sequence[PoseGroup]) -> Row:
     size = np.ptp(part.surface_vertices, axis=0).tolist()
     best = groups[0]
     length, width = footprint(best.first.outline)
@@ -138,12 +134,12 @@ def _row(part: Part, found: PoseStatistics, groups: Sequence[PoseGroup]) -> Row:
         "size_x_m": size[0],
         "size_y_m": size[1],
         "size_z_m": size[2],
-        "stable_poses": len(found.poses),
+        "stable_poses": len(estimate.poses),
         "distinct_poses": len(groups),
-        "method": found.method,
-        "drops": found.drops,
-        "expected_error": found.expected_error,
-        "largest_error": found.largest_error,
+        "method": estimate.method,
+        "drops": estimate.drops,
+        "expected_error": estimate.expected_error,
+        "largest_error": estimate.largest_error,
         "best_pose": best.first.index,
         "best_share": best.probability,
         "best_share_low": best.probability_low,
@@ -155,7 +151,7 @@ def _row(part: Part, found: PoseStatistics, groups: Sequence[PoseGroup]) -> Row:
         "footprint_length_m": length,
         "footprint_width_m": width,
         "top_m": best.first.top,
-        "warnings": list(found.warnings),
+        "warnings": list(estimate.warnings),
     }
 
 
@@ -184,21 +180,23 @@ def _pose_row(group: PoseGroup, pose: Any) -> Row:
 
 
 def entropy(shares: Sequence[float]) -> float:
-    """Entropy of shares that add up to 1, in bits: 0 where a part always lies the same way."""
+    """Entropy of shares that add up to 1, in bits; 0 for a single pose."""
     if any(map(math.isnan, shares)):
         return math.nan
     return -sum(share * math.log2(share) for share in shares if share > 0.0) + 0.0
 
 
 def footprint(outline: Array) -> tuple[float, float]:
-    """Length and width of the smallest rectangle around an outline (Freeman and Shapira, 1975)."""
+    """Length and width of the smallest rectangle (Freeman and Shapira, 1975)."""
     sides = np.roll(outline, -1, axis=0) - outline
     lengths = np.hypot(*sides.T)
-    along = sides[lengths > 0.0] / lengths[lengths > 0.0, None]
-    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    one = np.ptp(outline @ along.T, axis=0)
-    other = np.ptp(outline @ across.T, axis=0)
+    direction = sides[lengths > 0.0] / lengths[lengths > 0.0, None]
+    perpendicular = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
+    extent = np.ptp(outline @ direction.T, axis=0)
+    width = np.ptp(outline @ perpendicular.T, axis=0)
     # About a triangle all three have one area but for rounding: then the narrowest.
-    wide = np.minimum(one, other) / np.maximum(one, other)
-    least = int(np.argmin(one * other * (1.0 + 1e-9 * wide)))
-    return float(max(one[least], other[least])), float(min(one[least], other[least]))
+    slenderness = np.minimum(extent, width) / np.maximum(extent, width)
+    smallest = int(np.argmin(extent * width * (1.0 + 1e-9 * slenderness)))
+    return float(max(extent[smallest], width[smallest])), float(
+        min(extent[smallest], width[smallest])
+    )

@@ -1,4 +1,4 @@
-"""The rows of a catalogue: as they come in a file of SQLite, what they come to, and as tables."""
+"""The rows of a catalogue: in a file of SQLite, counted, and as tables."""
 
 import json
 import os
@@ -18,9 +18,8 @@ from .request import PartFile
 from .rows import Described, Row
 
 ROWS = "parts.sqlite3"
-SYNC_SECONDS = (
-    1.0  # a power cut costs the rows of this time; anything else, as a kill, costs none
-)
+SYNC_SECONDS = 1.0
+"""A power cut costs the rows of this time; anything else, as a kill, costs none."""
 
 TABLE = """CREATE TABLE IF NOT EXISTS parts (
     name BLOB PRIMARY KEY, bytes INTEGER, mtime_ns INTEGER, picture TEXT, to_be_dropped INTEGER,
@@ -37,13 +36,14 @@ class Entry(NamedTuple):
 
 
 class RowStore:
-    """The latest row of each file, in a folder that is locked by whoever makes the catalogue."""
+    """The latest row of each file, in a folder that the caller has locked."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / ROWS
         with self._refusing():
             files.refuse_irregular(self.path)
-            # Nobody else has the folder, so that a file system need not share memory for WAL.
+            # Nobody else has the folder, so that a file system need not share memory
+            # for WAL.
             self._rows = sqlite3.connect(self.path, isolation_level=None)
             self._rows.executescript(
                 "PRAGMA locking_mode=EXCLUSIVE; PRAGMA journal_mode=WAL; "
@@ -58,7 +58,7 @@ class RowStore:
         if empty:
             self.path.unlink()
 
-    def keep(self, part: PartFile, made: Described, picture: str) -> None:
+    def keep(self, part: PartFile, described: Described, picture: str) -> None:
         """Add or replace the row of a file; `picture` as in `Entry`."""
         with self._refusing():
             self._rows.execute(
@@ -68,10 +68,10 @@ class RowStore:
                     part.bytes,
                     part.mtime_ns,
                     picture,
-                    made.to_be_dropped,
-                    bool(made.row["refusal"]),
-                    round(made.seconds, 4),
-                    json.dumps(made.row),
+                    described.to_be_dropped,
+                    bool(described.row["refusal"]),
+                    round(described.seconds, 4),
+                    json.dumps(described.row),
                 ),
             )
         if time.monotonic() >= self._synced + SYNC_SECONDS:
@@ -95,10 +95,10 @@ class RowStore:
                 )
             ) as rows,
         ):
-            found = rows.fetchone()
-        if found is None:
+            columns = rows.fetchone()
+        if columns is None:
             return None
-        size, mtime, picture, to_be_dropped, refused = found
+        size, mtime, picture, to_be_dropped, refused = columns
         return Entry(
             PartFile(name, size, mtime), picture, bool(to_be_dropped), bool(refused)
         )
@@ -131,9 +131,9 @@ class RowStore:
             ) from error
 
 
-ALIKE = (
-    1.05  # factor up to which lengths of a part differ by how finely its files are cut
-)
+ALIKE = 1.05
+"""Factor up to which lengths of a part differ by how finely its files are cut."""
+
 ONE_WAY = 0.9  # share of the best pose from which on a part is said to lie one way
 
 
@@ -141,16 +141,14 @@ ONE_WAY = 0.9  # share of the best pose from which on a part is said to lie one 
 class Tally:
     """Counts over rows."""
 
-    # parts that were not refused, and those of them whose best pose has at least `ONE_WAY`
-    answered: int = 0
-    one_way: int = 0
+    answered: int = 0  # parts that were not refused
+    one_way: int = 0  # those of them whose best pose has at least `ONE_WAY`
     doubted: int = 0  # parts with warnings
-    # parts by the code of a warning, the most frequent first when listed
+    # parts by the code of a warning
     warnings: Counter[str] = field(default_factory=Counter)
-    refused: dict[str, str] = field(
-        default_factory=dict
-    )  # reasons by the names of the files
-    # likewise how long those are that have the name of another one, but for its suffix, and differ
+    # reasons by the names of the files
+    refused: dict[str, str] = field(default_factory=dict)
+    # lengths by the names of files whose stem another file has, of a part that differs
     unlike: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -163,30 +161,29 @@ class Tally:
 
 def tally(rows: Iterable[Row]) -> Tally:
     """Count what rows say."""
-    counted = Tally()
+    counts = Tally()
     first: dict[Path, tuple[str, float]] = {}
     for row in rows:
         if row["refusal"]:
-            counted.refused[row["file"]] = row["refusal"]
+            counts.refused[row["file"]] = row["refusal"]
             continue
-        counted.answered += 1
+        counts.answered += 1
         share = row["best_share"]
-        counted.one_way += share is not None and share >= ONE_WAY
+        counts.one_way += share is not None and share >= ONE_WAY
         codes = set(map(text.code_of, row["warnings"]))
-        counted.doubted += bool(codes)
-        counted.warnings.update(sorted(codes))
-        length = max(
-            pose["footprint_length_m"] for pose in row["poses"]
-        )  # however it is turned
-        file, other = first.setdefault(
+        counts.doubted += bool(codes)
+        counts.warnings.update(sorted(codes))
+        # However the part is turned in its file.
+        length = max(pose["footprint_length_m"] for pose in row["poses"])
+        file, first_length = first.setdefault(
             Path(row["file"]).with_suffix(""), (row["file"], length)
         )
-        if not 1.0 / ALIKE <= length / other <= ALIKE:
-            counted.unlike[row["file"]] = (
+        if not 1.0 / ALIKE <= length / first_length <= ALIKE:
+            counts.unlike[row["file"]] = (
                 f"{text.length_in_words(length)} long, {file} "
-                f"{text.length_in_words(other)}"
+                f"{text.length_in_words(first_length)}"
             )
-    return counted
+    return counts
 
 
 COLUMNS: dict[str, type] = {
@@ -216,7 +213,8 @@ COLUMNS: dict[str, type] = {
     "warnings": str,
     "refusal": str,
 }
-"""Of `catalogue.csv`, with the kind of their values. Shares and errors are fractions."""
+"""Of `catalogue.csv`, with the kind of their values. Shares and errors are
+fractions."""
 
 POSE_COLUMNS: dict[str, type] = {
     "file": str,
@@ -265,16 +263,16 @@ def write_tables(
     `rows`: gives all rows from the first one, each time anew.
     """
 
-    def write(aside: Path) -> None:
+    def write(temporary: Path) -> None:
         for name, (columns, values) in _tables(rows).items():
             # Names of files need not be UTF-8.
-            with (aside / f"{name}.csv").open(
+            with (temporary / f"{name}.csv").open(
                 "w", encoding="utf-8", errors="surrogateescape", newline=""
             ) as stream:
                 stream.writelines(text.csv_lines(columns, values))
         if parquet:
             for name, (columns, values) in _tables(rows).items():
-                _write_parquet(aside / f"{name}.parquet", columns, values)
+                _write_parquet(temporary / f"{name}.parquet", columns, values)
 
     with needing_room("the tables", folder):
         written = files.write_whole(folder, write)
@@ -311,7 +309,7 @@ def _write_parquet(
     }
     schema = pyarrow.schema([(name, kinds[kind]) for name, kind in columns.items()])
     with parquet.ParquetWriter(file, schema) as writer:
-        while some := list(islice(rows, AT_ONCE)):
+        while portion := list(islice(rows, AT_ONCE)):
             # Names that are not UTF-8 have what is none of it replaced.
             columns_of = [
                 [
@@ -320,7 +318,7 @@ def _write_parquet(
                     else value
                     for value in column
                 ]
-                for column in zip(*some, strict=True)
+                for column in zip(*portion, strict=True)
             ]
             writer.write_table(
                 pyarrow.table(dict(zip(columns, columns_of, strict=True)), schema)

@@ -1,4 +1,4 @@
-"""Figures, each a small function on records or plain arrays; with matplotlib and pillow."""
+"""Figures, each a small function on records or arrays; with matplotlib and pillow."""
 
 from ...base.extras import require_modules
 

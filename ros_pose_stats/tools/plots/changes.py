@@ -25,41 +25,46 @@ SIDES = (
 
 ON_FACE = 0.01
 SAME_NORMAL = 0.998
-"""A triangle this close to a face of the hull, in radii, and as steep, is coloured like it."""
+"""A triangle this close to a face of the hull, in radii, and as steep, is coloured like
+it."""
 
 PIXELS = 620
 LISTED = 4
 
-SHADES = "the stronger the colour of a face, the more a step gains; grey: no gain beyond the error"
+SHADES = (
+    "the stronger the colour of a face, the more a step gains; "
+    "grey: no gain beyond the error"
+)
 
 
-def changes_figure(found: sensitivity.Sensitivity) -> Figure:
-    """Draw a part from two sides: blue faces are better moved out, orange ones moved in.
+def changes_figure(sensitivities: sensitivity.Sensitivity) -> Figure:
+    """Draw a part from two sides: blue faces are better moved out, orange in.
 
-    The stronger the colour, the more a step gains; effects within their error are grey. The arrow
-    leads the centre of mass to where it is better.
+    The stronger the colour, the more a step gains; effects within their error are grey.
+    The arrow leads the centre of mass to where it is better.
     """
     figure = figures.new_figure(9.0, 5.6)
-    space = found.space
-    colors = _face_colors(found)
+    space = sensitivities.space
+    colors = _face_colors(sensitivities)
     triangles = visible_triangles(space.part) - space.part.center_of_mass
     body = space.body
     shades = colors[_faces_of(triangles, body)]
     view = rendering.View(
         np.zeros(3), 2.1 * body.radius, (PIXELS, PIXELS), elevation=28.0
     )
-    for place, (title, turned) in enumerate(SIDES):
-        axes = figure.add_axes((0.01 + 0.49 * place, 0.2, 0.48, 0.68))
+    for column, (title, mirror) in enumerate(SIDES):
+        axes = figure.add_axes((0.01 + 0.49 * column, 0.2, 0.48, 0.68))
         axes.imshow(
-            rendering.rendered(triangles * turned, view, shades),
+            rendering.rendered(triangles * mirror, view, shades),
             interpolation="antialiased",
         )
         axes.set_axis_off()
         axes.set_title(title, fontsize=10, color=figures.REFERENCE)
-        _draw_arrow(axes, view, _gradient(found) * turned, body.radius)
+        _draw_arrow(axes, view, _gradient(sensitivities) * mirror, body.radius)
     figure.suptitle(
-        f"{shortened(space.part.part_id, 30)}: wanted {shortened(name_poses(found.wanted), 30)}, "
-        f"{100.0 * found.accepted.value:.1f} % by {found.method}",
+        f"{shortened(space.part.part_id, 30)}: "
+        f"wanted {shortened(name_poses(sensitivities.wanted), 30)}, "
+        f"{100.0 * sensitivities.accepted.value:.1f} % by {sensitivities.method}",
         fontsize=12,
         color=figures.INK,
         parse_math=False,
@@ -78,7 +83,9 @@ def changes_figure(found: sensitivity.Sensitivity) -> Figure:
     figure.text(
         0.26,
         0.165,
-        "\n".join(_line(found, one) for one in found.best[:LISTED]),
+        "\n".join(
+            _line(sensitivities, effect) for effect in sensitivities.best[:LISTED]
+        ),
         fontsize=9,
         color=figures.INK,
         va="top",
@@ -86,27 +93,25 @@ def changes_figure(found: sensitivity.Sensitivity) -> Figure:
     return figure
 
 
-def _line(found: sensitivity.Sensitivity, one: sensitivity.Effect) -> str:
-    step = describe.name_step(found.space, one.number, one.step)
-    text = f"{100.0 * one.change:+.1f} points: {step}"
-    return (
-        text
-        if one.check is None
-        else (
-            f"{text} (drops: {100.0 * one.check.low:+.1f} to {100.0 * one.check.high:+.1f})"
-        )
-    )
+def _line(sensitivities: sensitivity.Sensitivity, effect: sensitivity.Effect) -> str:
+    step = describe.name_step(sensitivities.space, effect.number, effect.step)
+    text = f"{100.0 * effect.change:+.1f} points: {step}"
+    if effect.check is None:
+        return text
+    low = f"{100.0 * effect.check.low:+.1f}"
+    high = f"{100.0 * effect.check.high:+.1f}"
+    return f"{text} (drops: {low} to {high})"
 
 
-def _face_colors(found: sensitivity.Sensitivity) -> Array:
-    """Colours (F + 1, 3) of the faces of the hull; the last is that of what lies on none."""
-    space = found.space
+def _face_colors(sensitivities: sensitivity.Sensitivity) -> Array:
+    """Colours (F + 1, 3) of the faces of the hull, and of what lies on none."""
+    space = sensitivities.space
     colors = np.tile(PLAIN, (space.body.faces + 1, 1))
-    faces = [one for one in found.best if one.feature.kind == "face"]
-    for one in faces:
-        color = ADD if one.step > 0.0 else TAKE
-        strength = FAINTEST + (1.0 - FAINTEST) * one.change / faces[0].change
-        for number in one.alike:
+    faces = [effect for effect in sensitivities.best if effect.feature.kind == "face"]
+    for effect in faces:
+        color = ADD if effect.step > 0.0 else TAKE
+        strength = FAINTEST + (1.0 - FAINTEST) * effect.change / faces[0].change
+        for number in effect.alike:
             colors[space.features[number].planes] = (
                 strength * color + (1.0 - strength) * PLAIN
             )
@@ -114,27 +119,29 @@ def _face_colors(found: sensitivity.Sensitivity) -> Array:
 
 
 def _faces_of(triangles: Array, body: ConvexBody) -> Index:
-    """Face of the hull that each triangle (t, 3, 3) lies on; the number of faces for none."""
+    """Face of the hull that each triangle (t, 3, 3) lies on; F for none."""
     normals = rendering.triangle_normals(triangles)
-    middle = triangles.mean(axis=1) / body.radius
-    found = np.empty(len(triangles), dtype=np.int64)
+    centroids = triangles.mean(axis=1) / body.radius
+    faces = np.empty(len(triangles), dtype=np.int64)
     for begin in range(0, len(triangles), 1000):
-        some = slice(begin, begin + 1000)
-        along = normals[some] @ body.arrays.normal.T
-        off = np.abs(middle[some] @ body.arrays.normal.T - body.arrays.distance)
-        fits = (along > SAME_NORMAL) & (off < ON_FACE)
-        found[some] = np.where(
-            fits.any(axis=1), np.where(fits, along, -2.0).argmax(axis=1), body.faces
+        portion = slice(begin, begin + 1000)
+        alignment = normals[portion] @ body.arrays.normal.T
+        distance = np.abs(
+            centroids[portion] @ body.arrays.normal.T - body.arrays.distance
         )
-    return found
+        fits = (alignment > SAME_NORMAL) & (distance < ON_FACE)
+        faces[portion] = np.where(
+            fits.any(axis=1), np.where(fits, alignment, -2.0).argmax(axis=1), body.faces
+        )
+    return faces
 
 
-def _gradient(found: sensitivity.Sensitivity) -> Array:
-    """Direction (3,) in which the centre of mass is better moved; zero where none is clear."""
+def _gradient(sensitivities: sensitivity.Sensitivity) -> Array:
+    """Direction (3,) to move the centre of mass in; zero where none is clear."""
     slope = np.zeros(3)
-    for one in found.best:
-        if one.feature.kind == "centre":
-            slope[one.feature.axis] = one.slope
+    for effect in sensitivities.best:
+        if effect.feature.kind == "centre":
+            slope[effect.feature.axis] = effect.slope
     length = float(np.linalg.norm(slope))
     return slope / length if length else slope
 
@@ -144,9 +151,9 @@ def _draw_arrow(
 ) -> None:
     if not direction.any():
         return
-    right, up, _ = rendering.view_axes(view)
+    right, upwards, _ = rendering.view_axes(view)
     scale = view.pixels[0] / view.width
-    tip = 0.45 * radius * scale * np.array([direction @ right, -direction @ up])
+    tip = 0.45 * radius * scale * np.array([direction @ right, -direction @ upwards])
     middle = 0.5 * np.array(view.pixels)
     axes.annotate(
         "",

@@ -1,4 +1,4 @@
-"""What figures share: colours, axes, labels that do not overlap; figures and films as files."""
+"""What figures share: colours, axes, labels that do not overlap, files."""
 
 import base64
 import io
@@ -23,7 +23,8 @@ from ...core.records import Array
 
 INK = "#222222"
 REFERENCE = "#767676"
-"""Colours of text and outlines, and of the background: grids, notes, lines to compare with."""
+"""Colours of text and outlines, and of the background: grids, notes, lines to compare
+with."""
 
 BLUE = "#0072B2"
 
@@ -38,34 +39,37 @@ def new_figure(width: float, height: float, **options: Any) -> Figure:
 def open_axes(
     axes: Axes, grid: str, width: float, axis: Literal["both", "x", "y"] = "both"
 ) -> None:
-    """Grid lines of a colour and a width behind the data; no frame above and to the right."""
+    """Grid lines behind the data; no frame above and to the right."""
     axes.grid(which="major", axis=axis, color=grid, linewidth=width)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def apart(
+def separate(
     heights: Array, gap: float, low: float = -np.inf, high: float = np.inf
 ) -> Array:
-    """Move heights (k,) as little as it takes to lie `gap` apart in order; `high` may give way."""
+    """Move heights (k,) as little as it takes to lie `gap` apart in order.
+
+    Where there is no room between `low` and `high`, `high` gives way.
+    """
     order = np.argsort(heights, kind="stable")
     steps = gap * np.arange(len(heights))
     rising = _nearest_rising(heights[order] - steps)
     highest = high - gap * (len(heights) - 1)
-    placed = np.empty_like(heights)
-    placed[order] = np.maximum(np.minimum(rising, highest), low) + steps
-    return placed
+    positions = np.empty_like(heights)
+    positions[order] = np.maximum(np.minimum(rising, highest), low) + steps
+    return positions
 
 
 def _nearest_rising(values: Array) -> Array:
-    """Nearest sequence that never falls: neighbours that fall are pooled into their mean."""
+    """Nearest sequence that never falls: what falls is pooled into its mean."""
     pools: list[tuple[float, int]] = []
     for value in values:
         mean = float(value)
         size = 1
         while pools and pools[-1][0] > mean:
-            before, count = pools.pop()
-            mean = (before * count + mean * size) / (count + size)
+            pool_mean, count = pools.pop()
+            mean = (pool_mean * count + mean * size) / (count + size)
             size = count + size
         pools.append((mean, size))
     return np.array([mean for mean, size in pools for _ in range(size)])
@@ -109,7 +113,7 @@ def address(kind: str, picture: bytes) -> str:
 
 
 def svg_address(figure: Figure) -> str:
-    """A figure as such an address, letters as outlines, no background; equal ones are equal."""
+    """A figure as an address, letters as outlines; equal figures, equal texts."""
     file = io.BytesIO()
     with matplotlib.rc_context(
         {"svg.hashsalt": "ros_pose_stats", "svg.fonttype": "path"}
@@ -126,26 +130,27 @@ def svg_address(figure: Figure) -> str:
 
 def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
     """Write an animation that repeats for ever, at so many pictures a second."""
-    every = [Image.fromarray(picture) for picture in pictures]
+    images = [Image.fromarray(picture) for picture in pictures]
     # One palette for all pictures, since colours would flicker otherwise.
-    some = np.concatenate(
-        [np.asarray(every[k]) for k in np.linspace(0, len(every) - 1, 5).astype(int)]
+    samples = np.concatenate(
+        [np.asarray(images[k]) for k in np.linspace(0, len(images) - 1, 5).astype(int)]
     )
-    palette = Image.fromarray(some).quantize(COLORS, method=Image.Quantize.MEDIANCUT)
-    found = np.array((palette.getpalette() or [])[: 3 * COLORS]).reshape(-1, 3)
-    for (
-        color
-    ) in KEPT:  # Pillow's choice of the nearest colour is rough: paper would turn grey
-        found[np.abs(found - color).max(axis=1) <= NEAR] = color
+    palette = Image.fromarray(samples).quantize(COLORS, method=Image.Quantize.MEDIANCUT)
+    colors = np.array((palette.getpalette() or [])[: 3 * COLORS]).reshape(-1, 3)
+    # Pillow's choice of the nearest colour is rough: paper would turn grey.
+    for color in KEPT:
+        colors[np.abs(colors - color).max(axis=1) <= NEAR] = color
     palette.putpalette(
-        [*found.ravel().tolist(), *(level for color in KEPT for level in color)]
+        [*colors.ravel().tolist(), *(level for color in KEPT for level in color)]
     )
-    flat = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in every]
-    flat[0].save(
+    frames = [
+        image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images
+    ]
+    frames[0].save(
         file,
         format="GIF",
         save_all=True,
-        append_images=flat[1:],
+        append_images=frames[1:],
         duration=round(1000.0 / rate),
         loop=0,
         optimize=True,
@@ -155,20 +160,20 @@ def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
 
 def ffmpeg() -> str:
     """Path of ffmpeg."""
-    found = shutil.which("ffmpeg")
-    if found is None:
+    path = shutil.which("ffmpeg")
+    if path is None:
         raise RequestError(
             "ffmpeg for an .mp4",
             "none on the PATH",
             "install it (apt install ffmpeg), or write a .gif",
         )
-    return found
+    return path
 
 
 def write_mp4(file: Path, pictures: Iterable[Picture], rate: int) -> None:
-    """Write a film with ffmpeg; the pictures, at least one, are of even height and width."""
-    waiting = iter(pictures)
-    first = next(waiting)
+    """Write a film with ffmpeg of one picture or more, of even height and width."""
+    frames = iter(pictures)
+    first = next(frames)
     size = f"{first.shape[1]}x{first.shape[0]}"
     command = [
         ffmpeg(),
@@ -194,11 +199,11 @@ def write_mp4(file: Path, pictures: Iterable[Picture], rate: int) -> None:
         "+faststart",
         str(file),
     ]
-    data = b"".join(picture.tobytes() for picture in chain([first], waiting))
-    done = subprocess.run(command, input=data, capture_output=True, check=False)
-    if done.returncode != 0:
+    data = b"".join(picture.tobytes() for picture in chain([first], frames))
+    encoding = subprocess.run(command, input=data, capture_output=True, check=False)
+    if encoding.returncode != 0:
         raise RequestError(
             "a film from ffmpeg",
-            done.stderr.decode(errors="replace")[-300:],
+            encoding.stderr.decode(errors="replace")[-300:],
             "write a .gif instead",
         )

@@ -1,7 +1,7 @@
-"""A part on the plate as pixels: orthographic, with hidden surfaces, edges and a shadow.
+"""A part on the plate as pixels: orthographic, with edges and a shadow.
 
-The nearest triangle of each pixel is seen, so that concave parts come out right; a picture takes a
-few hundredths of a second.
+The nearest triangle of each pixel is seen, so that concave parts come out right; a
+picture takes a few hundredths of a second.
 """
 
 from typing import NamedTuple
@@ -23,7 +23,7 @@ LINE = 0.28  # brightness left on an edge
 CREASE = np.cos(np.radians(25.0))
 """Angle between two triangles above which an edge is drawn between them."""
 
-STEP = 0.02  # difference of depth that makes an outline, as a fraction of the picture's width
+STEP = 0.02  # of depth that makes an outline, as a fraction of the picture's width
 FINENESS = 2  # samples of a pixel in each direction
 
 
@@ -41,32 +41,34 @@ class View(NamedTuple):
 def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.uint8]:
     """Draw triangles (t, 3, 3) above the plate z = 0, as pixels (height, width, 3).
 
-    In the plate frame, metres, counter-clockwise seen from outside; `color`: of the part, or of
-    each triangle, 0 to 1.
+    In the plate frame, metres, counter-clockwise seen from outside; `color`: of the
+    part, or of each triangle, 0 to 1.
     """
-    wide, high = (FINENESS * side for side in view.pixels)
+    width, height = (FINENESS * side for side in view.pixels)
     normals = triangle_normals(triangles)
-    right, up, towards = view_axes(view)
-    scale = wide / view.width
-    frame = np.stack([scale * right, -scale * up, scale * towards], axis=1)
-    shift = np.array([0.5 * wide, 0.5 * high, 0.0]) - view.center @ frame
-    seen = normals @ towards > 1e-9
-    nearest, depth = nearest_triangles(triangles[seen] @ frame + shift, wide, high)
-    plate, level = _plate(frame, shift, view.plate, wide, high)
+    right, upwards, towards = view_axes(view)
+    scale = width / view.width
+    frame = np.stack([scale * right, -scale * upwards, scale * towards], axis=1)
+    shift = np.array([0.5 * width, 0.5 * height, 0.0]) - view.center @ frame
+    is_visible = normals @ towards > 1e-9
+    nearest, depth = nearest_triangles(
+        triangles[is_visible] @ frame + shift, width, height
+    )
+    plate, level = _plate(frame, shift, view.plate, width, height)
     plate &= ~(depth > level)
-    parts = int(seen.sum())
+    parts = int(is_visible.sum())
     nearest[plate] = parts
     depth[plate] = level[plate]
-    bright = 0.38 + 0.68 * (0.5 + 0.5 * normals[seen] @ LIGHT) ** 1.5
-    colors = np.broadcast_to(color, (len(triangles), 3))[seen]
+    bright = 0.38 + 0.68 * (0.5 + 0.5 * normals[is_visible] @ LIGHT) ** 1.5
+    colors = np.broadcast_to(color, (len(triangles), 3))[is_visible]
     shades = np.concatenate(
         [bright[:, None] * colors, np.full((1, 3), PLATE), np.ones((1, 3))]
     )
     picture = shades[np.where(nearest < 0, parts + 1, nearest)]
     lit = triangles[normals[:, 2] > 1e-9] * (1.0, 1.0, 0.0) @ frame + shift
-    picture[plate & (nearest_triangles(lit, wide, high)[0] >= 0)] *= SHADOW / PLATE
-    facing = np.concatenate([normals[seen], [[0.0, 0.0, 1.0]], np.zeros((1, 3))])
-    picture *= _edges(nearest, depth, facing, parts, STEP * wide)[..., None]
+    picture[plate & (nearest_triangles(lit, width, height)[0] >= 0)] *= SHADOW / PLATE
+    facing = np.concatenate([normals[is_visible], [[0.0, 0.0, 1.0]], np.zeros((1, 3))])
+    picture *= _edges(nearest, depth, facing, parts, STEP * width)[..., None]
     picture = np.clip(picture, 0.0, 1.0)
     samples = [
         picture[i::FINENESS, j::FINENESS]
@@ -87,58 +89,72 @@ def triangle_normals(triangles: Array) -> Array:
 
 def view_axes(view: View) -> tuple[Array, Array, Array]:
     """Right and up in the picture, and the direction to the viewer."""
-    up, about = np.radians((view.elevation, view.azimuth))
+    elevation, azimuth = np.radians((view.elevation, view.azimuth))
     towards = np.array(
-        [np.cos(up) * np.cos(about), np.cos(up) * np.sin(about), np.sin(up)]
+        [
+            np.cos(elevation) * np.cos(azimuth),
+            np.cos(elevation) * np.sin(azimuth),
+            np.sin(elevation),
+        ]
     )
-    right = np.array([-np.sin(about), np.cos(about), 0.0])
+    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
     return right, np.cross(towards, right), towards
 
 
 def _plate(
-    frame: Array, shift: Array, side: float, wide: int, high: int
+    frame: Array, shift: Array, side: float, width: int, height: int
 ) -> tuple[Mask, Array]:
-    """Which pixels show the plate if nothing is on it, and its depth (high, wide)."""
+    """Which pixels show the bare plate, and its depth (height, width)."""
     x, y = np.meshgrid(
-        np.arange(wide) + 0.5 - shift[0], np.arange(high) + 0.5 - shift[1]
+        np.arange(width) + 0.5 - shift[0], np.arange(height) + 0.5 - shift[1]
     )
     # The picture's two axes as seen from points of z = 0.
-    onto = np.linalg.inv(frame[:2, :2])
-    east, north = (x * onto[0, k] + y * onto[1, k] for k in range(2))
-    inside = (np.abs(east) <= side) & (np.abs(north) <= side)
-    return inside, east * frame[0, 2] + north * frame[1, 2] + shift[2]
+    inverse = np.linalg.inv(frame[:2, :2])
+    east, north = (x * inverse[0, k] + y * inverse[1, k] for k in range(2))
+    is_inside = (np.abs(east) <= side) & (np.abs(north) <= side)
+    return is_inside, east * frame[0, 2] + north * frame[1, 2] + shift[2]
 
 
 def _edges(
     nearest: Index, depth: Array, facing: Array, parts: int, step: float
 ) -> Array:
-    """Brightness (high, wide): dark where a crease or an outline runs, light grey at the rim."""
+    """Brightness (height, width): dark on creases and outlines, grey at the rim."""
     bright = np.ones(nearest.shape)
-    for here, there in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
-        differ = np.nonzero(nearest[here] != nearest[there])
-        one = nearest[here][differ]
-        two = nearest[there][differ]
-        part = ((one >= 0) & (one < parts)) | ((two >= 0) & (two < parts))
-        bend = (facing[one] * facing[two]).sum(axis=1) < CREASE
+    for first, second in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+        is_different = np.nonzero(nearest[first] != nearest[second])
+        first_triangle = nearest[first][is_different]
+        second_triangle = nearest[second][is_different]
+        is_part = ((first_triangle >= 0) & (first_triangle < parts)) | (
+            (second_triangle >= 0) & (second_triangle < parts)
+        )
+        is_bent = (facing[first_triangle] * facing[second_triangle]).sum(
+            axis=1
+        ) < CREASE
         with np.errstate(invalid="ignore"):
-            jump = ~(np.abs(depth[here][differ] - depth[there][differ]) < step)
-        value = np.where(part & (bend | jump), LINE, np.where(~part & bend, RIM, 1.0))
-        for side in (here, there):
-            bright[side][differ] = np.minimum(bright[side][differ], value)
+            is_jump = ~(
+                np.abs(depth[first][is_different] - depth[second][is_different]) < step
+            )
+        brightness = np.where(
+            is_part & (is_bent | is_jump), LINE, np.where(~is_part & is_bent, RIM, 1.0)
+        )
+        for side in (first, second):
+            bright[side][is_different] = np.minimum(
+                bright[side][is_different], brightness
+            )
     return bright
 
 
 AT_ONCE = 3_000_000  # most pixels of triangles in memory at a time
 
 
-def nearest_triangles(corners: Array, wide: int, high: int) -> tuple[Index, Array]:
-    """Which triangle is seen in every pixel, -1 for none, and its depth at the pixel's middle.
+def nearest_triangles(corners: Array, width: int, height: int) -> tuple[Index, Array]:
+    """The triangle in every pixel, -1 for none, and its depth at the middle.
 
     `corners` (t, 3, 3): across and down the picture in pixels, and towards the viewer.
     """
-    found = np.full(wide * high, -1, dtype=np.int64)
-    depth = np.full(wide * high, -np.inf)
-    owner, y, begin, end = _spans(corners, wide, high)
+    nearest = np.full(width * height, -1, dtype=np.int64)
+    depth = np.full(width * height, -np.inf)
+    owner, y, begin, end = _spans(corners, width, height)
     span = end - begin
     # Rise of the depth across and down each triangle; none where it is seen edge-on.
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -147,49 +163,55 @@ def nearest_triangles(corners: Array, wide: int, high: int) -> tuple[Index, Arra
         edge_on, 0.0, -normal[:, :2] / np.where(edge_on, 1.0, normal[:, 2:])
     )
     covers = np.flatnonzero(span)
-    portion = np.cumsum(span[covers]) // AT_ONCE
-    least = corners[:, :, 2].min(axis=1)
-    most = corners[:, :, 2].max(axis=1)
-    for some in np.split(covers, np.flatnonzero(np.diff(portion)) + 1):
-        row = np.repeat(some, span[some])
-        first = np.repeat(np.cumsum(span[some]) - span[some], span[some])
+    portions = np.cumsum(span[covers]) // AT_ONCE
+    lowest = corners[:, :, 2].min(axis=1)
+    highest = corners[:, :, 2].max(axis=1)
+    for portion in np.split(covers, np.flatnonzero(np.diff(portions)) + 1):
+        row = np.repeat(portion, span[portion])
+        first = np.repeat(np.cumsum(span[portion]) - span[portion], span[portion])
         x = begin[row] + np.arange(len(row)) - first
-        mine = owner[row]
-        pixel = y[row] * wide + x
-        origin = corners[mine, 0]
-        far = (
+        triangle = owner[row]
+        pixel = y[row] * width + x
+        origin = corners[triangle, 0]
+        distance = (
             origin[:, 2]
-            + (x + 0.5 - origin[:, 0]) * slope[mine, 0]
-            + (y[row] + 0.5 - origin[:, 1]) * slope[mine, 1]
+            + (x + 0.5 - origin[:, 0]) * slope[triangle, 0]
+            + (y[row] + 0.5 - origin[:, 1]) * slope[triangle, 1]
         )
-        far = np.clip(far, least[mine], most[mine])
-        np.maximum.at(depth, pixel, far)
-        kept = far >= depth[pixel]
-        found[pixel[kept]] = mine[kept]
-    return found.reshape(high, wide), depth.reshape(high, wide)
+        distance = np.clip(distance, lowest[triangle], highest[triangle])
+        np.maximum.at(depth, pixel, distance)
+        is_nearest = distance >= depth[pixel]
+        nearest[pixel[is_nearest]] = triangle[is_nearest]
+    return nearest.reshape(height, width), depth.reshape(height, width)
 
 
-def _spans(corners: Array, wide: int, high: int) -> tuple[Index, Index, Index, Index]:
-    """Triangle, row, first column and end of every stretch of pixels that is covered."""
-    low = np.clip(np.ceil(corners[:, :, 1].min(axis=1) - 0.5), 0, high).astype(np.int64)
-    top = np.clip(np.ceil(corners[:, :, 1].max(axis=1) - 0.5), 0, high).astype(np.int64)
+def _spans(
+    corners: Array, width: int, height: int
+) -> tuple[Index, Index, Index, Index]:
+    """Triangle, row, first column and end of every covered stretch of pixels."""
+    low = np.clip(np.ceil(corners[:, :, 1].min(axis=1) - 0.5), 0, height).astype(
+        np.int64
+    )
+    top = np.clip(np.ceil(corners[:, :, 1].max(axis=1) - 0.5), 0, height).astype(
+        np.int64
+    )
     rows = top - low
     owner = np.repeat(np.arange(len(corners)), rows)
     y = low[owner] + np.arange(len(owner)) - np.repeat(np.cumsum(rows) - rows, rows)
-    left = np.full(len(owner), np.inf)
-    right = np.full(len(owner), -np.inf)
+    first_x = np.full(len(owner), np.inf)
+    last_x = np.full(len(owner), -np.inf)
     for k in range(3):
         p = corners[owner, k, :2]
         q = corners[owner, (k + 1) % 3, :2]
         crosses = (p[:, 1] <= y + 0.5) != (q[:, 1] <= y + 0.5)
         share = (y + 0.5 - p[:, 1])[crosses] / (q[:, 1] - p[:, 1])[crosses]
         x = p[crosses, 0] + share * (q[:, 0] - p[:, 0])[crosses]
-        left[crosses] = np.minimum(left[crosses], x)
-        right[crosses] = np.maximum(right[crosses], x)
-    begin = np.clip(np.ceil(np.clip(left, -1.0, wide + 1.0) - 0.5), 0, wide).astype(
-        np.int64
-    )
-    end = np.clip(np.ceil(np.clip(right, -1.0, wide + 1.0) - 0.5), 0, wide).astype(
+        first_x[crosses] = np.minimum(first_x[crosses], x)
+        last_x[crosses] = np.maximum(last_x[crosses], x)
+    begin = np.clip(
+        np.ceil(np.clip(first_x, -1.0, width + 1.0) - 0.5), 0, width
+    ).astype(np.int64)
+    end = np.clip(np.ceil(np.clip(last_x, -1.0, width + 1.0) - 0.5), 0, width).astype(
         np.int64
     )
     return owner, y, begin, np.maximum(end, begin)

@@ -4,6 +4,7 @@ import heapq
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import count
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,44 +12,50 @@ from matplotlib.figure import Figure
 
 from ...core.records import StablePose
 from ...core.resting.splitting_graph import SAME_LEVEL, SplittingNode
-from .figures import BLUE, INK, REFERENCE, apart, in_digits, new_figure
+from .figures import BLUE, INK, REFERENCE, in_digits, new_figure, separate
 
-LONGEST = 8  # characters that name the poses of a component; a box of more would cover the next
+LONGEST = 8
+"""Characters that name the poses of a component; a box of more would cover the next."""
 
 UNDER = 0.45
-"""Distance from the middle of its box, in places of ends, below which a line begins under it."""
+"""Distance from the middle of its box, in ends, below which a line begins under it."""
 
-ROOM = 0.62
-TALL = 0.93  # room below the lowest pose, inches; height of the axes, as a fraction
+ROOM = 0.62  # below the lowest pose, inches
+TALL = 0.93  # height of the axes, as a fraction of the figure's
 
 
 def splitting_figure(root: SplittingNode, poses: Sequence[StablePose]) -> Figure:
     """Draw the splitting graph of a part (Fig. 3C).
 
-    Boxes are components of the reachable set, at the height where they fall apart; circles are
-    poses. On the lines stand the transition probabilities (Eq. 8); a line is the thicker the more
-    probable its component. Levels too close to be read are set apart.
+    Boxes are components of the reachable set, at the height where they fall apart;
+    circles are poses. On the lines stand the transition probabilities (Eq. 8); a line
+    is the thicker the more probable its component. Levels too close to be read are set
+    apart.
     """
     heights = {pose.index: pose.height for pose in poses}
     top = drawn_tree(root)
     ends = [branch for branch in top.walk() if not branch.parts]
-    levels = place(top, ends, heights)
-    wide = max(5.2, 0.58 * len(ends) + 1.0)
-    high = 2.6 + 0.34 * len(levels)
-    figure = new_figure(wide, high)
-    axes = figure.add_axes((0.78 / wide, 0.05, 1.0 - 0.83 / wide, TALL))
+    levels = place_branches(top, ends, heights)
+    width = max(5.2, 0.58 * len(ends) + 1.0)
+    height = 2.6 + 0.34 * len(levels)
+    figure = new_figure(width, height)
+    axes = figure.add_axes((0.78 / width, 0.05, 1.0 - 0.83 / width, TALL))
     for branch in top.walk():
         _draw_lines(axes, branch)
     for branch in top.walk():
         _draw_node(axes, branch, heights)
-    _finish(
-        axes, levels, len(ends), min(branch.y for branch in ends), ROOM / (TALL * high)
+    _label_levels(
+        axes,
+        levels,
+        len(ends),
+        min(branch.y for branch in ends),
+        ROOM / (TALL * height),
     )
     return figure
 
 
 def _draw_lines(axes: Axes, branch: "Branch") -> None:
-    """A bar at the level, and a line down to each part with its transition probability."""
+    """A bar at the level, and lines down with their transition probabilities."""
     if not branch.parts:
         return
     axes.plot(
@@ -67,20 +74,20 @@ def _draw_lines(axes: Axes, branch: "Branch") -> None:
             linewidth=_thickness(part),
             solid_capstyle="butt",
         )
-        before = branch.node.probability
-        share = part.node.probability / before if before > 0.0 else 0.0
-        outside = -1.0 if part is branch.parts[0] or part.x < branch.x else 1.0
-        aside = 2.5 + 0.5 * _thickness(part)
-        below = 3.0
+        probability = branch.node.probability
+        share = part.node.probability / probability if probability > 0.0 else 0.0
+        side = -1.0 if part is branch.parts[0] or part.x < branch.x else 1.0
+        right_by = 2.5 + 0.5 * _thickness(part)
+        down_by = 3.0
         if abs(part.x - branch.x) < UNDER:  # clear of the box
-            aside = 9.5
-            below = 9.5
+            right_by = 9.5
+            down_by = 9.5
         axes.annotate(
             _share(share),
             (part.x, branch.y),
-            xytext=(outside * aside, -below),
+            xytext=(side * right_by, -down_by),
             textcoords="offset points",
-            ha="right" if outside < 0.0 else "left",
+            ha="right" if side < 0.0 else "left",
             va="top",
             fontsize=8.5,
             color=INK,
@@ -100,43 +107,29 @@ def _share(share: float) -> str:
 
 
 def _draw_node(axes: Axes, branch: "Branch", heights: dict[int, float]) -> None:
-    names = branch.node.poses
-    named = " ".join(map(str, names))
-    text = named if len(named) <= LONGEST else f"{len(names)} poses"
+    poses = branch.node.poses
+    numbers = " ".join(map(str, poses))
+    text = numbers if len(numbers) <= LONGEST else f"{len(poses)} poses"
     if branch.parts:
-        axes.annotate(
-            text,
-            (branch.x, branch.y),
-            ha="center",
-            va="center",
-            fontsize=8.5,
-            color=INK,
-            zorder=3,
-            bbox={
-                "facecolor": "#eef3f8",
-                "edgecolor": BLUE,
-                "boxstyle": "square,pad=0.28",
-            },
-        )
+        box = {"facecolor": "#eef3f8", "edgecolor": BLUE, "boxstyle": "square,pad=0.28"}
+        _write_centred(axes, branch, text, 8.5, box)
         return
-    axes.annotate(
+    shape = "circle" if len(poses) == 1 else "round"
+    _write_centred(
+        axes,
+        branch,
         text,
-        (branch.x, branch.y),
-        ha="center",
-        va="center",
-        fontsize=9,
-        color=INK,
-        zorder=3,
-        bbox={
+        9,
+        {
             "facecolor": "white",
             "edgecolor": BLUE,
             "linewidth": 1.3,
-            "boxstyle": "circle,pad=0.25" if len(names) == 1 else "round,pad=0.25",
+            "boxstyle": f"{shape},pad=0.25",
         },
     )
-    low = 1e3 * heights[lowest_pose(branch, heights)]
+    lowest = 1e3 * heights[lowest_pose(branch, heights)]
     axes.annotate(
-        f"{100.0 * branch.node.probability:.1f} %\n{in_digits(low, 3)} mm",
+        f"{100.0 * branch.node.probability:.1f} %\n{in_digits(lowest, 3)} mm",
         (branch.x, branch.y),
         xytext=(0.0, -12.0),
         textcoords="offset points",
@@ -148,28 +141,45 @@ def _draw_node(axes: Axes, branch: "Branch", heights: dict[int, float]) -> None:
     )
 
 
-def _finish(
+def _write_centred(
+    axes: Axes, branch: "Branch", text: str, size: float, box: dict[str, Any]
+) -> None:
+    axes.annotate(
+        text,
+        (branch.x, branch.y),
+        ha="center",
+        va="center",
+        fontsize=size,
+        color=INK,
+        zorder=3,
+        bbox=box,
+    )
+
+
+def _label_levels(
     axes: Axes,
     levels: Sequence[tuple[float, float]],
     ends: int,
     lowest: float,
     room: float,
 ) -> None:
-    """Ticks at the levels of the splits, in millimetres; room is a share of the height."""
+    """Ticks at the levels of the splits, in mm; `room`: a share of the height."""
     axes.set_xlim(-0.8, ends - 0.3)
-    top = max([shown for _, shown in levels], default=lowest) + 0.1
+    top = max([position for _, position in levels], default=lowest) + 0.1
     axes.set_ylim(lowest - room / (1.0 - room) * (top - lowest), top)
     axes.set_xticks([])
+    # As few digits as tell the levels from each other.
     digits = next(
         (
-            some
-            for some in range(4, 9)
-            if len(levels) == len({in_digits(1e3 * level, some) for level, _ in levels})
+            precision
+            for precision in range(4, 9)
+            if len(levels)
+            == len({in_digits(1e3 * level, precision) for level, _ in levels})
         ),
         9,
-    )  # that tell them apart
+    )
     axes.set_yticks(
-        [shown for _, shown in levels],
+        [position for _, position in levels],
         [in_digits(1e3 * level, digits) for level, _ in levels],
         fontsize=8.5,
     )
@@ -179,14 +189,13 @@ def _finish(
     axes.set_axisbelow(True)
 
 
-MOST = (
-    16  # most ends of the graph; components that would have more are drawn as one end
-)
+MOST = 16
+"""Most ends of the graph; components that would have more are drawn as one end."""
 
 GAP = 0.14
 DROP = 0.11
-"""Least distance of two levels on the page, and of a level and a pose below it, as fractions of
-the graph's height."""
+"""Least distance of two levels on the page, and of a level and a pose below it, as
+fractions of the graph's height."""
 
 
 @dataclass
@@ -210,75 +219,72 @@ def drawn_tree(root: SplittingNode) -> Branch:
     """Merge tied splits, and open the graph from the top where it is most probable."""
     top = Branch(root)
     order = count()
-    waiting = [(-root.probability, next(order), top)]
+    heap = [(-root.probability, next(order), top)]
     ends = 1
-    while waiting:
-        _, _, branch = heapq.heappop(waiting)
+    while heap:
+        _, _, branch = heapq.heappop(heap)
         parts = _parts(branch.node)
         if not parts or ends + len(parts) - 1 > MOST:
             continue
         ends += len(parts) - 1
         branch.parts = [Branch(part) for part in parts]
         for part in branch.parts:
-            heapq.heappush(waiting, (-part.node.probability, next(order), part))
+            heapq.heappush(heap, (-part.node.probability, next(order), part))
     return top
 
 
 def _parts(node: SplittingNode) -> list[SplittingNode]:
     """What a component falls into at its level, ties taken together."""
-    found: list[SplittingNode] = []
-    waiting = list(reversed(node.parts))
-    while waiting:
-        part = waiting.pop()
+    parts: list[SplittingNode] = []
+    nodes = list(reversed(node.parts))
+    while nodes:
+        part = nodes.pop()
         if (
             part.level is not None
             and node.level is not None
             and (part.level >= node.level * (1.0 - SAME_LEVEL))
         ):
-            waiting.extend(reversed(part.parts))
+            nodes.extend(reversed(part.parts))
         else:
-            found.append(part)
-    return found
+            parts.append(part)
+    return parts
 
 
-def place(
+def place_branches(
     top: Branch, ends: Sequence[Branch], heights: dict[int, float]
 ) -> list[tuple[float, float]]:
-    """Set where each branch is drawn; return the levels (metres) and their places."""
-    for place, end in enumerate(ends):
-        end.x = float(place)
-    for branch in reversed([one for one in top.walk() if one.parts]):
+    """Set where each branch is drawn; return the levels (metres) and their heights."""
+    branches = [branch for branch in top.walk() if branch.parts]
+    for number, end in enumerate(ends):
+        end.x = float(number)
+    for branch in reversed(branches):
         branch.x = 0.5 * (branch.parts[0].x + branch.parts[-1].x)
-    levels = np.array(
-        sorted(
-            {
-                float(one.node.level)
-                for one in top.walk()
-                if one.parts and one.node.level is not None
-            }
-        )
-    )
-    # Equal ones once.
-    true = levels[np.diff(levels, append=np.inf) > SAME_LEVEL * levels]
-    lowest = min(heights.values())
-    scale = max(float(true[-1]) - lowest, 1e-12) if len(true) else 1.0
-    share = (true - lowest) / scale
-    shown = (
-        apart(share, min(GAP, 0.9 / (len(true) + 1)), low=DROP) if len(true) else share
-    )
-    page = (np.append(0.0, share), np.append(0.0, shown))
 
-    def lower(branch: Branch, above: float) -> None:
-        level = (
-            branch.node.level if branch.parts else heights[lowest_pose(branch, heights)]
-        )
+    levels = np.unique(
+        [branch.node.level for branch in branches if branch.node.level is not None]
+    )
+    levels = levels[np.diff(levels, append=np.inf) > SAME_LEVEL * levels]
+    lowest = min(heights.values())
+    scale = 1.0
+    shares = levels - lowest
+    positions = shares
+    if len(levels):
+        scale = max(float(levels[-1]) - lowest, 1e-12)
+        shares = shares / scale
+        positions = separate(shares, min(GAP, 0.9 / (len(levels) + 1)), low=DROP)
+    page = (np.append(0.0, shares), np.append(0.0, positions))
+
+    def lower(branch: Branch, ceiling: float) -> None:
+        level = branch.node.level
+        if not branch.parts:
+            level = heights[lowest_pose(branch, heights)]
         height = float(np.interp((float(level or 0.0) - lowest) / scale, *page))
-        branch.y = height if branch.parts else min(height, above - DROP)
+        branch.y = height if branch.parts else min(height, ceiling - DROP)
         for part in branch.parts:
             lower(part, branch.y)
 
     lower(top, np.inf)
-    return list(zip(true.tolist(), shown.tolist(), strict=True))
+    return list(zip(levels.tolist(), positions.tolist(), strict=True))
 
 
 def lowest_pose(branch: Branch, heights: dict[int, float]) -> int:

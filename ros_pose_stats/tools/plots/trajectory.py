@@ -1,4 +1,4 @@
-"""One drop over time, as a figure and in motion: energy on the levels of the splitting graph."""
+"""One drop over time, as a figure and in motion: energy over the levels."""
 
 from collections.abc import Iterator, Sequence
 
@@ -14,7 +14,7 @@ from ...core.mesh import decimation, vectors
 from ...core.records import Array, Part, Trajectory
 from ...core.resting.splitting_graph import SplittingNode, levels_above, poses_within
 from ...core.simulation.frames import DropFrames, first_still
-from .figures import INK, REFERENCE, Picture, apart, new_figure, open_axes
+from .figures import INK, REFERENCE, Picture, new_figure, open_axes, separate
 from .rendering import View, rendered
 
 ENERGY = "#0072B2"
@@ -28,27 +28,28 @@ SPLIT = ("split", "v", "#222222")
 """Row of the splits of the reachable set, at which the energy passes a level."""
 
 ROW = 0.3  # height of the row of a kind of event, inches
-LONGEST = 8  # characters that name the poses of a component; there is no room for more
-MOST_LEVELS = (
-    8  # most levels that are drawn; there is no room for more beside the curve
-)
+LONGEST = 8  # characters that name the poses of a component
+MOST_LEVELS = 8  # that are drawn: there is no room for more beside the curve
 
 SETTLED = 2e-3
-"""Energy over that at rest, in weight times radius, below which no motion can be seen."""
+"""Energy over that at rest, in weight times radius, below which no motion can be
+seen."""
 
 
 def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
-    """Draw a drop: energy over weight, height of the centre of mass, and what happened when.
+    """Draw a drop: energy over weight, height of the centre of mass, events.
 
-    Dashed lines are the levels at which the set that holds the final pose splits off, the eight
-    that part most. From release to where nothing moves that can be seen; below, a row for each
-    kind of event, with how many of all there are.
+    Dashed lines are the levels at which the set that holds the final pose splits off,
+    the eight that part most. From release to where nothing moves that can be seen;
+    below, a row for each kind of event, with how many of all there are.
     """
     end = float(trajectory.times[first_still(trajectory, SETTLED)])
     figure = new_figure(6.4, 4.6, layout="constrained")
     rows = _rows(trajectory, root, end)
-    high = 0.25 + ROW * len(rows)
-    energy, events = figure.subplots(2, 1, sharex=True, height_ratios=(3.6, high))
+    events_height = 0.25 + ROW * len(rows)
+    energy, events = figure.subplots(
+        2, 1, sharex=True, height_ratios=(3.6, events_height)
+    )
     draw_energy(energy, trajectory, root, end)
     energy.plot(
         trajectory.times,
@@ -62,13 +63,13 @@ def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
     energy.legend(frameon=False, fontsize=9, labelcolor=INK, loc="upper right")
     _draw_events(events, rows, end)
     events.set_xlabel("time since release, s", fontsize=10)
-    where = (
+    outcome = (
         f"comes to rest in pose {trajectory.pose}"
         if trajectory.pose >= 0
         else "not settled"
     )
     figure.suptitle(
-        f"{shortened(trajectory.part_id, 30)}: {trajectory.impacts} impacts, {where}",
+        f"{shortened(trajectory.part_id, 30)}: {trajectory.impacts} impacts, {outcome}",
         fontsize=11,
         color=INK,
         parse_math=False,
@@ -79,7 +80,7 @@ def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
 def draw_energy(
     axes: Axes, trajectory: Trajectory, root: SplittingNode, end: float
 ) -> None:
-    """Draw the energy over weight of a drop, and the levels on its way, until a time."""
+    """Draw the energy over weight of a drop and the levels on its way."""
     energy = 1e3 * energy_heights(trajectory)
     axes.plot(
         trajectory.times,
@@ -100,17 +101,21 @@ def draw_energy(
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     open_axes(axes, "#e5e5e5", 0.6)
     low, high = np.log(axes.get_ylim())
-    true = np.array([(np.log(1e3 * level) - low) / (high - low) for level, _ in levels])
-    shown = apart(true, 0.052, 0.0, 1.0) if len(levels) else true
-    for place, (level, poses) in enumerate(levels):
+    level_heights = np.array(
+        [(np.log(1e3 * level) - low) / (high - low) for level, _ in levels]
+    )
+    label_heights = (
+        separate(level_heights, 0.052, 0.0, 1.0) if len(levels) else level_heights
+    )
+    for number, (level, poses) in enumerate(levels):
         axes.axhline(
             1e3 * level, color=REFERENCE, linewidth=0.8, linestyle="--", zorder=1
         )
         axes.annotate(
             f"below: {component_name(poses)}",
-            (1.0, true[place]),
+            (1.0, level_heights[number]),
             xycoords="axes fraction",
-            xytext=(1.03, shown[place]),
+            xytext=(1.03, label_heights[number]),
             textcoords="axes fraction",
             fontsize=8.5,
             color=INK,
@@ -129,9 +134,9 @@ def draw_energy(
 def telling_levels(
     levels: Sequence[tuple[float, tuple[int, ...]]], poses: int
 ) -> list[tuple[float, tuple[int, ...]]]:
-    """Those of the levels below which the most poses get out of reach, and always the last."""
-    before = [poses, *(len(left) for _, left in levels)]
-    lost = [before[k] - before[k + 1] for k in range(len(levels))]
+    """The levels below which the most poses get out of reach, and always the last."""
+    sizes = [poses, *(len(reachable) for _, reachable in levels)]
+    lost = [sizes[k] - sizes[k + 1] for k in range(len(levels))]
     first = sorted(range(len(levels) - 1), key=lambda k: -lost[k])[: MOST_LEVELS - 1]
     return [levels[k] for k in sorted(first)] + list(levels[-1:])
 
@@ -147,14 +152,14 @@ def component_name(poses: Sequence[int]) -> str:
     """The poses of a component in few words."""
     if len(poses) == 1:
         return f"pose {poses[0]} only"
-    named = " ".join(map(str, poses))
-    return f"poses {named}" if len(named) <= LONGEST else f"{len(poses)} poses"
+    numbers = " ".join(map(str, poses))
+    return f"poses {numbers}" if len(numbers) <= LONGEST else f"{len(poses)} poses"
 
 
 def _rows(
     trajectory: Trajectory, root: SplittingNode, end: float
 ) -> list[tuple[str, str, str, Array]]:
-    """Name, marker, colour and times of the kinds of events that happen before a time."""
+    """Name, marker, colour and times of each kind of event before a time."""
     energy = energy_heights(trajectory)
     # Energy never rises, so that the first sample below a level is where it was passed.
     passed = [
@@ -165,7 +170,9 @@ def _rows(
     rows = [
         (
             *kind,
-            np.array([one.time for one in trajectory.events if one.kind == kind[0]]),
+            np.array(
+                [event.time for event in trajectory.events if event.kind == kind[0]]
+            ),
         )
         for kind in EVENTS
     ]
@@ -186,10 +193,10 @@ def _draw_events(
             markersize=7.0 if marker == "|" else 5.0,
             clip_on=True,
         )
-        shown = int((times <= end).sum())
-        told = f"{shown} of {len(times)}" if shown < len(times) else f"{shown}"
+        count = int((times <= end).sum())
+        label = f"{count} of {len(times)}" if count < len(times) else f"{count}"
         axes.annotate(
-            told,
+            label,
             (1.03, -row),
             xycoords=("axes fraction", "data"),
             fontsize=8.5,
@@ -206,16 +213,15 @@ def _draw_events(
     axes.grid(axis="y", color="#e5e5e5", linewidth=0.6)
 
 
-SIZE = (6.8, 3.4)
-DPI = 100  # width and height of the animation, inches, and dots an inch
+SIZE = (6.8, 3.4)  # width and height of the animation, inches
+DPI = 100
 
 SCENE = (0.0, 0.0, 0.44, 0.86)
 """Place of the part in the picture: left, bottom, width, height, as fractions."""
 
 WIDE = 3.3  # width of the scene, in radii
-FOLLOWED = (
-    1.7  # height of the centre of mass above which the view rises with it, in radii
-)
+FOLLOWED = 1.7
+"""Height of the centre of mass above which the view rises with it, in radii."""
 
 
 def animation_frames(
@@ -223,16 +229,10 @@ def animation_frames(
 ) -> Iterator[Picture]:
     """Draw a drop, frame by frame, as pixels (height, width, 3).
 
-    The part on the left, in a view that rises with it; on the right its energy over weight, with
-    the levels of the splitting graph, and what can still be reached.
+    The part on the left, in a view that rises with it; on the right its energy over
+    weight, with the levels of the splitting graph, and what can still be reached.
     """
-    figure, axes, words, clock = _stage(trajectory, frames, root)
-    wide, high = (int(inches * DPI) for inches in SIZE)
-    left, bottom, across, up = SCENE
-    left = int(left * wide)
-    top = high - int((bottom + up) * high)
-    wide = 2 * int(0.5 * across * wide)
-    high = 2 * int(0.5 * up * high)
+    figure, axes, reach, clock = _stage(trajectory, frames, root)
     canvas = FigureCanvasAgg(figure)
     (point,) = axes.plot(
         [],
@@ -250,41 +250,54 @@ def animation_frames(
     background = canvas.copy_from_bbox(figure.bbox)  # type: ignore[no-untyped-call]
     levels = levels_above(root, trajectory.pose)
     triangles = decimation.visible_triangles(part) - part.center_of_mass
-    turns = vectors.rotation_matrices(frames.orientations)
-    energy = energy_heights(trajectory)
-    radius = trajectory.radius
+    rotations = vectors.rotation_matrices(frames.orientations)
+    scale = energy_heights(trajectory)[0] / trajectory.energies[0]
     for k, time in enumerate(frames.times):
         canvas.restore_region(background)  # type: ignore[no-untyped-call]
-        now = float(frames.energies[k]) * (energy[0] / trajectory.energies[0])
-        point.set_data([min(time, frames.end)], [1e3 * now])
-        reached = poses_within(levels, now, root.poses)
-        named = (
-            component_name(reached) if len(reached) < len(root.poses) else "every pose"
-        )
-        words.set_text(f"within reach: {named}")
+        energy = float(frames.energies[k]) * scale
+        point.set_data([min(time, frames.end)], [1e3 * energy])
+        poses = poses_within(levels, energy, root.poses)
+        name = component_name(poses) if len(poses) < len(root.poses) else "every pose"
+        reach.set_text(f"within reach: {name}")
         clock.set_text("at rest" if k >= frames.rest_frame else f"{time:.2f} s")
-        for artist in (point, words, clock):
+        for artist in (point, reach, clock):
             figure.draw_artist(artist)
-        drawn = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
-        picture = np.asarray(drawn)[:, :, :3].copy()
-        placed = triangles @ turns[k].T + np.array([0.0, 0.0, frames.heights[k]])
-        above = max(0.0, float(frames.heights[k]) - FOLLOWED * radius)
-        picture[top : top + high, left : left + wide] = rendered(
-            placed,
-            View(
-                np.array([0.0, 0.0, 1.02 * radius + above]),
-                WIDE * radius,
-                (wide, high),
-                plate=1.15 * radius,
-            ),
+        buffer = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
+        picture = np.asarray(buffer)[:, :, :3].copy()
+        position = np.array([0.0, 0.0, frames.heights[k]])
+        _draw_part(
+            picture,
+            triangles @ rotations[k].T + position,
+            position[2],
+            trajectory.radius,
         )
         yield picture
+
+
+def _draw_part(
+    picture: Picture, triangles: Array, height: float, radius: float
+) -> None:
+    """Draw the part into its place; `height`: of its centre of mass, metres."""
+    page_width, page_height = (int(inches * DPI) for inches in SIZE)
+    left, bottom, width, tall = SCENE
+    column = int(left * page_width)
+    row = page_height - int((bottom + tall) * page_height)
+    pixels = (2 * int(0.5 * width * page_width), 2 * int(0.5 * tall * page_height))
+    rise = max(0.0, float(height) - FOLLOWED * radius)
+    view = View(
+        np.array([0.0, 0.0, 1.02 * radius + rise]),
+        WIDE * radius,
+        pixels,
+        plate=1.15 * radius,
+    )
+    window = np.s_[row : row + pixels[1], column : column + pixels[0]]
+    picture[window] = rendered(triangles, view)
 
 
 def _stage(
     trajectory: Trajectory, frames: DropFrames, root: SplittingNode
 ) -> tuple[Figure, Axes, Text, Text]:
-    """What stays the same in every frame; axes of the energy; what is within reach; the time."""
+    """The figure of all frames: with axes of the energy, the set in reach, the time."""
     figure = new_figure(*SIZE, dpi=DPI)
     axes = figure.add_axes((0.55, 0.15, 0.245, 0.69))
     draw_energy(axes, trajectory, root, frames.end)
@@ -300,14 +313,12 @@ def _stage(
         color=INK,
         animated=True,
     )
-    where = f"pose {trajectory.pose}" if trajectory.pose >= 0 else "no pose"
-    pace = (
-        "in true time"
-        if frames.slowing == 1.0
-        else f"slowed {frames.slowing:g} times"
-        if frames.slowing > 1.0
-        else f"{1.0 / frames.slowing:g} times as fast"
-    )
+    outcome = f"pose {trajectory.pose}" if trajectory.pose >= 0 else "no pose"
+    pace = "in true time"
+    if frames.slowing > 1.0:
+        pace = f"slowed {frames.slowing:g} times"
+    elif frames.slowing < 1.0:
+        pace = f"{1.0 / frames.slowing:g} times as fast"
     figure.text(
         0.02,
         0.945,
@@ -316,7 +327,7 @@ def _stage(
         color=INK,
         parse_math=False,
     )
-    figure.text(0.02, 0.88, f"into {where}, {pace}", fontsize=9.5, color=REFERENCE)
+    figure.text(0.02, 0.88, f"into {outcome}, {pace}", fontsize=9.5, color=REFERENCE)
     clock = figure.text(
         0.985, 0.945, "", fontsize=10.5, color=REFERENCE, ha="right", animated=True
     )

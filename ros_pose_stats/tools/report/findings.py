@@ -10,15 +10,15 @@ from ...core.estimators import best_method, estimate_all
 from ...core.kernels.compilation import prepare_kernels
 from ...core.planning import confidence, hybrid
 from ...core.records import DropScene, FlipStatistics, Part, PoseStatistics
-from ...core.resting import pose_sphere as spheres, poses, splitting_graph as graphs
+from ...core.resting import pose_sphere, poses, splitting_graph
 from ...core.simulation import flips, request, simulate
 from ...core.statistics import feeding, pose_groups
 from ..design.sensitivity import Sensitivity, sensitivity
 
 TARGET_ERROR = 0.01
 MOST_DROPS = 10_000
-"""Error that the drops of a page are to reach, and the most of them, where their number is not
-given: a page should be there soon, and a real plate adds five points anyway."""
+"""Error that the drops of a page are to reach, and the most of them, where their number
+is not given: a page should be there soon, and a real plate adds five points anyway."""
 
 FLIPS = 500  # flips a pose and kick: enough to see where the fastest kick lies
 
@@ -33,9 +33,8 @@ class Feeder:
     # of kicks of parts that lie wrong, metres; None where it does not kick
     kick_height: float | None = None
     cycle_time: float = 1.0  # seconds from one kick to the next
-    changes: bool = (
-        False  # whether to find out which changes of the part raise the accepted share
-    )
+    # whether to find out which changes of the part raise the accepted share
+    changes: bool = False
 
     def check(self, poses: int) -> None:
         """Check what is asked, before anything is dropped."""
@@ -67,20 +66,16 @@ class Findings:
     simulated: PoseStatistics  # counted from drops
     hybrid: PoseStatistics  # the same drops and an estimate, combined
     estimates: tuple[PoseStatistics, ...]  # by every estimator, in the registry's order
-    graph: (
-        graphs.SplittingNode
-    )  # splitting graph with the shares of the simulated drops
-    sphere: spheres.PoseSphere
+    graph: splitting_graph.SplittingNode  # with the shares of the simulated drops
+    sphere: pose_sphere.PoseSphere
     feeder: Feeder  # what was asked; without wanted poses there is no feeder
-    afresh: (
-        feeding.Feeding | None
-    )  # what it gets if parts that lie wrong are dropped again
-    # what it gets by kicking them, from several heights, with that of the feeder among them
+    # what it gets if parts that lie wrong are dropped again
+    afresh: feeding.Feeding | None
+    # what it gets by kicking them from several heights, that of the feeder among them
     kicks: tuple[KickFeeding, ...]
     target_error: float  # that the drops were to reach; 0 where their number was given
-    sensitivity: Sensitivity | None = (
-        None  # what changes of the part do to the accepted share
-    )
+    # what changes of the part do to the accepted share
+    sensitivity: Sensitivity | None = None
 
     @property
     def kicked(self) -> KickFeeding | None:
@@ -98,7 +93,7 @@ class Findings:
     def best_estimate(self) -> PoseStatistics:
         """By the estimator that is the most accurate one at this restitution."""
         best = best_method(self.simulated.restitution)
-        return next(one for one in self.estimates if one.method == best)
+        return next(estimate for estimate in self.estimates if estimate.method == best)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -111,13 +106,13 @@ class Findings:
     @property
     def cautions(self) -> list[str]:
         """What else the estimates say of themselves, each code once."""
-        known = {text.code_of(one) for one in self.simulated.warnings}
-        said = {
-            text.code_of(one): one
-            for found in (self.best_estimate, *self.estimates)[::-1]
-            for one in found.warnings
+        codes = set(map(text.code_of, self.simulated.warnings))
+        cautions = {
+            text.code_of(warning): warning
+            for statistics in (self.best_estimate, *self.estimates)[::-1]
+            for warning in statistics.warnings
         }
-        return [one for code, one in said.items() if code not in known]
+        return [warning for code, warning in cautions.items() if code not in codes]
 
 
 def investigate(
@@ -128,61 +123,46 @@ def investigate(
     seed: int | None,
     on_progress: Callable[[float, str], object],
 ) -> Findings:
-    """Compute the numbers of a report; the same request gives the same counts everywhere.
+    """Compute the numbers of a report; equal requests give equal counts.
 
-    `drops`: None for as many as bring the error over the poses within a point, at most 10 000;
-    `on_progress`: takes the share done, 0 to 1, and what is done.
+    `drops`: None for as many as bring the error over the poses within a point, at most
+    10 000; `on_progress`: takes the share done, 0 to 1, and what is done.
     """
     resting = poses.poses_in(part, scene)
     keywords = asdict(scene)
     feeder.check(len(resting.poses))
     prepare_kernels()
-    target, bound = (TARGET_ERROR, MOST_DROPS) if drops is None else (0.0, drops)
+    target = 0.0
+    bound = MOST_DROPS
+    ending = ""
+    if drops is None:
+        target = TARGET_ERROR
+        ending = ", or fewer"
+    else:
+        bound = drops
     simulated = simulate.simulate(
         part,
         bound,
         seed=seed,
         target_error=target,
         **keywords,
-        on_progress=lambda one: on_progress(
-            one.drops / bound,
-            f"{one.drops} of {bound} drops{', or fewer' * (drops is None)}",
+        on_progress=lambda progress: on_progress(
+            progress.drops / bound, f"{progress.drops} of {bound} drops{ending}"
         ),
     )
     kicks: tuple[KickFeeding, ...] = ()
     afresh = changes = None
     if feeder.wanted and simulated.drops > simulated.unsettled:
         shares = pose_groups.pose_shares(simulated)
-        afresh = feeding.drop_afresh(
-            shares, feeder.wanted, math.nan if feeder.rate is None else feeder.rate
-        )
-        if feeder.kick_height is not None and feeder.rate is not None:
-            kicks = tuple(
-                KickFeeding(
-                    counted,
-                    feeding.flip_wrong_poses(
-                        shares,
-                        counted.counts,
-                        feeder.wanted,
-                        feeder.rate,
-                        feeder.cycle_time,
-                    ),
-                )
-                for counted in flips.flips_by_kick(
-                    part,
-                    replace(scene, drop_height=None),
-                    [feeder.kick_height, *flips.usual_kicks(simulated.radius)],
-                    request.drop_request(FLIPS, simulated.seed),
-                    on_kick=lambda place, count: on_progress(
-                        place / count, f"kick {place + 1} of {count}"
-                    ),
-                )
-            )
+        rate = math.nan if feeder.rate is None else feeder.rate
+        afresh = feeding.drop_afresh(shares, feeder.wanted, rate)
+        if feeder.kick_height is not None:
+            kicks = _try_kicks(part, scene, feeder, simulated, on_progress)
     estimates = estimate_all(part, **keywords)
-    combined = hybrid.hybrid_statistics(
-        simulated, confidence.pose_prior(resting, scene)
+    prior = confidence.pose_prior(resting, scene)
+    graph = splitting_graph.with_shares(
+        splitting_graph.splitting_graph(resting), simulated.poses
     )
-    graph = graphs.with_shares(graphs.splitting_graph(resting), simulated.poses)
     if feeder.changes:
         changes = sensitivity(
             part,
@@ -192,15 +172,43 @@ def investigate(
             **keywords,
         )
     return Findings(
-        part,
-        simulated,
-        combined,
-        tuple(estimates),
-        graph,
-        spheres.pose_sphere(resting),
-        feeder,
-        afresh,
-        kicks,
-        target,
-        changes,
+        part=part,
+        simulated=simulated,
+        hybrid=hybrid.hybrid_statistics(simulated, prior),
+        estimates=tuple(estimates),
+        graph=graph,
+        sphere=pose_sphere.pose_sphere(resting),
+        feeder=feeder,
+        afresh=afresh,
+        kicks=kicks,
+        target_error=target,
+        sensitivity=changes,
     )
+
+
+def _try_kicks(
+    part: Part,
+    scene: DropScene,
+    feeder: Feeder,
+    simulated: PoseStatistics,
+    on_progress: Callable[[float, str], object],
+) -> tuple[KickFeeding, ...]:
+    """What a feeder with a rate gets by its own kick, and by usual ones."""
+    assert feeder.kick_height is not None
+    assert feeder.rate is not None
+    shares = pose_groups.pose_shares(simulated)
+    kicks = []
+    for statistics in flips.flips_by_kick(
+        part,
+        replace(scene, drop_height=None),
+        [feeder.kick_height, *flips.usual_kicks(simulated.radius)],
+        request.drop_request(FLIPS, simulated.seed),
+        on_kick=lambda number, count: on_progress(
+            number / count, f"kick {number + 1} of {count}"
+        ),
+    ):
+        kicked = feeding.flip_wrong_poses(
+            shares, statistics.counts, feeder.wanted, feeder.rate, feeder.cycle_time
+        )
+        kicks.append(KickFeeding(statistics, kicked))
+    return tuple(kicks)

@@ -1,4 +1,4 @@
-"""Pages about a part and its variants: each one HTML file that needs nothing beside itself."""
+"""Pages about a part and its variants: each one HTML file by itself."""
 
 import base64
 import json
@@ -22,23 +22,23 @@ from .findings import Findings
 def viewer_data(part: Part, poses: Sequence[StablePose], radius: float) -> str:
     """Mesh and poses as JSON, lengths in radii.
 
-    `vertices`: base64 of little-endian float32, three a vertex, about the centre of mass;
-    `triangles`: base64 of little-endian uint16, or uint32 where `wide`.
+    `vertices`: base64 of little-endian float32, three a vertex, about the centre of
+    mass; `triangles`: base64 of little-endian uint16, or uint32 where `is_wide`.
     """
     corners = (visible_triangles(part) - part.center_of_mass).reshape(-1, 3)
-    # Integers of 16 bits would do for the places, but not for the normals of thin triangles, which
-    # a fine circle in a flat face has many of.
-    places = (corners / radius).astype("<f4") + np.float32(0.0)  # no negative zeros
-    vertices, triangles = np.unique(places, axis=0, return_inverse=True)
-    wide = len(vertices) > 65_535
-    numbers = triangles.reshape(-1).astype("<u4" if wide else "<u2")
+    # Integers of 16 bits would do for the positions, but not for the normals of thin
+    # triangles, which a fine circle in a flat face has many of.
+    positions = (corners / radius).astype("<f4") + np.float32(0.0)  # no negative zeros
+    vertices, triangles = np.unique(positions, axis=0, return_inverse=True)
+    is_wide = len(vertices) > 65_535
+    numbers = triangles.reshape(-1).astype("<u4" if is_wide else "<u2")
     return json.dumps(
         {
             "vertices": base64.b64encode(
                 np.ascontiguousarray(vertices).tobytes()
             ).decode(),
             "triangles": base64.b64encode(numbers.tobytes()).decode(),
-            "wide": wide,
+            "wide": is_wide,
             "poses": [
                 {
                     "index": pose.index,
@@ -54,13 +54,13 @@ def viewer_data(part: Part, poses: Sequence[StablePose], radius: float) -> str:
 
 
 MOST_SHOWN = 12
-"""Groups of like poses, or pairs of two variants, with a picture: the most frequent ones; the
-table lists more."""
+"""Groups of like poses, or pairs of two variants, with a picture: the most frequent
+ones; the table lists more."""
 
 LIMITS = {
     "MOST_ROWS": 60,  # of the tables of all poses
     "MOST_ENDS": splitting.MOST,  # of the splitting graph
-    "FITTING": 6,  # ends of it that can be read at a phone's width; more are pushed sideways
+    "FITTING": 6,  # ends of it that can be read at a phone's width
     "MOST_TURNED": 14,  # poses in the table of flips
     "BESIDE": 9,  # ends of it that leave room for another figure beside it
 }
@@ -73,48 +73,51 @@ ROUNDING = 1e-9  # coordinates of the centre of mass, in radii, that are shown a
 
 
 def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
-    """The page of a part as HTML; `commands`: those that give the same numbers again."""
+    """The page of a part as HTML; `commands`: that give the same numbers."""
     part = findings.part
-    found = findings.simulated
-    groups = pose_groups.pose_groups(found)
-    shown = groups[:MOST_SHOWN]
-    first = [group.first for group in shown]
-    pictures = poses.pose_pictures(part, first, found.radius)
+    statistics = findings.simulated
+    groups = pose_groups.pose_groups(statistics)
+    drawn_groups = groups[:MOST_SHOWN]
+    best_poses = [group.first for group in drawn_groups]
+    pictures = poses.pose_pictures(part, best_poses, statistics.radius)
     return words.template(
-        "page.html", named=_named, numbered=_numbered, direction=_direction
+        "page.html", named=_name_group, numbered=_numbered, direction=_direction
     ).render(
         **LIMITS,
         single_poses=single_poses,
         part=part,
-        found=found,
+        found=statistics,
         target=findings.target_error,
         estimate=findings.best_estimate,
         feeder=findings.feeder,
         afresh=findings.afresh,
         kicked=findings.kicked,
         groups=groups,
-        shown=shown,
+        shown=drawn_groups,
         size=np.ptp(part.surface_vertices, axis=0).tolist(),
         commands=commands,
         center=[
-            "0" if abs(x) < ROUNDING * found.radius else words.in_millimetres(x)
+            "0" if abs(x) < ROUNDING * statistics.radius else words.in_millimetres(x)
             for x in part.center_of_mass.tolist()
         ],
-        missed=any(one.startswith("TARGET_MISSED") for one in found.warnings),
-        **{
-            kind: [words.in_words(one) for one in getattr(findings, kind)]
-            for kind in ("warnings", "cautions")
-        },
-        notes=[words.in_words(one) for one in found.notes],
+        missed=any(
+            warning.startswith("TARGET_MISSED") for warning in statistics.warnings
+        ),
+        warnings=list(map(words.in_words, findings.warnings)),
+        cautions=list(map(words.in_words, findings.cautions)),
+        notes=list(map(words.in_words, statistics.notes)),
         cards=[
             (group, figures.address("png", figures.png_bytes(picture)))
-            for group, picture in zip(shown, pictures, strict=True)
+            for group, picture in zip(drawn_groups, pictures, strict=True)
         ],
-        by_method=_by_method(findings, shown),
+        by_method=_by_method(findings, drawn_groups),
         feeders=[]
-        if found.drops == found.unsettled
+        if statistics.drops == statistics.unsettled
         else [
-            (group, feeding.drop_afresh(pose_groups.pose_shares(found), group.indices))
+            (
+                group,
+                feeding.drop_afresh(pose_groups.pose_shares(statistics), group.indices),
+            )
             for group in groups[:MOST_FEEDERS]
         ],
         kicks=_kicks(findings),
@@ -126,7 +129,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
             )
             for name in ("R", "r")
         },
-        view=viewer_data(part, first, found.radius),
+        view=viewer_data(part, best_poses, statistics.radius),
     )
 
 
@@ -151,22 +154,28 @@ def _kicks(findings: Findings) -> str | None:
 
 
 def _by_method(
-    findings: Findings, shown: Sequence[PoseGroup]
+    findings: Findings, drawn_groups: Sequence[PoseGroup]
 ) -> list[tuple[PoseGroup, Any]]:
     """Each group of poses with the answer of every method."""
-    every = [findings.simulated, findings.hybrid, *findings.estimates]
-    known = [
-        (found, {group.first.index: group for group in pose_groups.pose_groups(found)})
-        for found in every
+    answers = [findings.simulated, findings.hybrid, *findings.estimates]
+    groups_by_pose = [
+        {group.first.index: group for group in pose_groups.pose_groups(statistics)}
+        for statistics in answers
     ]
     return [
-        (group, [(found, groups[group.first.index]) for found, groups in known])
-        for group in shown
+        (
+            group,
+            [
+                (statistics, groups[group.first.index])
+                for statistics, groups in zip(answers, groups_by_pose, strict=True)
+            ],
+        )
+        for group in drawn_groups
     ]
 
 
 def _graph(findings: Findings) -> dict[str, Any] | None:
-    """The splitting graph, the reachable sets, and how many ends are drawn (Figs. 3C-F)."""
+    """The splitting graph, the reachable sets, and the ends drawn (Figs. 3C-F)."""
     root = findings.graph
     if root.level is None:
         return None
@@ -185,25 +194,28 @@ def _graph(findings: Findings) -> dict[str, Any] | None:
 
 def _changes(findings: Findings) -> dict[str, Any] | None:
     """What changes of the part do: a picture, and the greatest effects in words."""
-    found = findings.sensitivity
-    if found is None:
+    sensitivities = findings.sensitivity
+    if sensitivities is None:
         return None
     return {
         "picture": figures.address(
-            "png", figures.figure_png(changes.changes_figure(found))
+            "png", figures.figure_png(changes.changes_figure(sensitivities))
         ),
-        "found": found,
-        "gain": found.describe_gain(),
+        "found": sensitivities,
+        "gain": sensitivities.describe_gain(),
         "rows": [
-            (describe.name_step(found.space, one.number, one.step), one)
-            for one in found.best[:MOST_EFFECTS]
+            (
+                describe.name_step(sensitivities.space, effect.number, effect.step),
+                effect,
+            )
+            for effect in sensitivities.best[:MOST_EFFECTS]
         ],
         "judged": describe.JUDGED,
         "contradicted": describe.CONTRADICTED,
     }
 
 
-def _named(group: PoseGroup) -> str:
+def _name_group(group: PoseGroup) -> str:
     return f"pose{'s' if group.size > 1 else ''}{words.SPACE}{_numbered(group)}"
 
 
@@ -215,38 +227,38 @@ def _numbered(group: PoseGroup) -> str:
     return f"{text[:MOST_NAMED].rpartition(',')[0]}, ... ({group.size} in all)"
 
 
-def _direction(down: Array) -> str:
-    return " ".join(f"{x + 0.0:+.3f}" for x in down.round(3))
+def _direction(direction: Array) -> str:
+    return " ".join(f"{x + 0.0:+.3f}" for x in direction.round(3))
 
 
 def comparison_page(
-    found: comparison.Comparison, commands: tuple[str, ...] = ()
+    compared: comparison.Comparison, commands: tuple[str, ...] = ()
 ) -> str:
-    """The page of a comparison of at least one drop as HTML; `commands`: as of `report_page`."""
-    named = [
-        f"{describe.letter(place)} {one.part_id}"
-        for place, one in enumerate(found.found)
+    """The page of a comparison with drops as HTML; `commands`: as of a report."""
+    titles = [
+        f"{describe.letter(number)} {statistics.part_id}"
+        for number, statistics in enumerate(compared.found)
     ]
-    sizes = [1e3 * np.ptp(part.surface_vertices, axis=0) for part in found.parts]
+    sizes = [1e3 * np.ptp(part.surface_vertices, axis=0) for part in compared.parts]
     return words.template(
         "comparison.html", points=_points, numbered=_pose_numbers
     ).render(
         MOST_ROWS=LIMITS["MOST_ROWS"],
         verdict=_verdict,
-        found=found,
-        named=named,
-        first=found.found[0],
+        found=compared,
+        named=titles,
+        first=compared.found[0],
         commands=commands,
         sizes=[" × ".join(f"{x:.4g}" for x in size) for size in sizes],
         centers=[
             " ".join(f"{x + 0.0:.4g}" for x in np.round(1e3 * part.center_of_mass, 4))
-            for part in found.parts
+            for part in compared.parts
         ],
-        sections=[_section(found, one) for one in found.variants],
+        sections=[_section(compared, statistics) for statistics in compared.variants],
         **{
             kind: [
-                (whose, *words.in_words(line))
-                for whose, line in describe.name_remarks(found, kind)
+                (variant, *words.in_words(line))
+                for variant, line in describe.name_remarks(compared, kind)
             ]
             for kind in ("warnings", "notes")
         },
@@ -254,41 +266,41 @@ def comparison_page(
 
 
 def _section(
-    found: comparison.Comparison, one: comparison.VariantComparison
+    compared: comparison.Comparison, variant: comparison.VariantComparison
 ) -> dict[str, Any]:
     """What the page says of the first variant beside another one."""
-    shown = one.poses[:MOST_SHOWN]
-    sides = found.found[0], found.found[one.second]
+    pose_comparisons = variant.poses[:MOST_SHOWN]
+    sides = compared.found[0], compared.found[variant.second]
     pairs = [
         [
-            side.by_index[some[0]] if some else None
-            for side, some in zip(sides, pose.poses, strict=True)
+            side.by_index[numbers[0]] if numbers else None
+            for side, numbers in zip(sides, pose.poses, strict=True)
         ]
-        for pose in shown
+        for pose in pose_comparisons
     ]
     radius = max(side.radius for side in sides)
     pictures = poses.pictures_beside(
-        (found.parts[0], found.parts[one.second]),
-        one.correspondence.turn,
+        (compared.parts[0], compared.parts[variant.second]),
+        variant.correspondence.turn,
         pairs,
         radius,
     )
     return {
-        "other": describe.letter(one.second),
-        "comparison": one,
-        "verdict": describe.describe_verdict(found, one),
-        "matching": describe.describe_matching(one),
+        "other": describe.letter(variant.second),
+        "comparison": variant,
+        "verdict": describe.describe_verdict(compared, variant),
+        "matching": describe.describe_matching(variant),
         "cards": [
             (
                 pose,
                 [
                     None
-                    if each is None
-                    else figures.address("png", figures.png_bytes(each))
-                    for each in pair
+                    if picture is None
+                    else figures.address("png", figures.png_bytes(picture))
+                    for picture in pair
                 ],
             )
-            for pose, pair in zip(shown, pictures, strict=True)
+            for pose, pair in zip(pose_comparisons, pictures, strict=True)
         ],
     }
 
@@ -312,5 +324,5 @@ def _points(fraction: float) -> str:
 
 
 def _pose_numbers(poses: tuple[int, ...]) -> str:
-    named = name_poses(poses).replace(" ", words.SPACE, 1).replace("-", words.RANGE)
-    return named if poses else "no partner"
+    numbers = name_poses(poses).replace(" ", words.SPACE, 1).replace("-", words.RANGE)
+    return numbers if poses else "no partner"

@@ -1,4 +1,4 @@
-"""What pages share: numbers and warnings in their words, their head and style, escaping."""
+"""What pages share: numbers and warnings in words, head, style, escaping."""
 
 import math
 import re
@@ -140,7 +140,7 @@ def percent(share: float) -> str:
     return "\N{EN DASH}" if math.isnan(share) else f"{100.0 * share:.1f}{SPACE}%"
 
 
-def between(low: float, high: float) -> str:
+def interval(low: float, high: float) -> str:
     """A 90 % interval in percent."""
     if math.isnan(low) or math.isnan(high):
         return "\N{EN DASH}"
@@ -186,9 +186,9 @@ FILTERS: dict[str, Callable[..., str]] = {
 def template(
     name: str, folder: Path = ASSETS, **filters: Callable[..., str]
 ) -> Template:
-    """A page of a folder, with filters of its own, in which all that is put in is escaped."""
+    """A page of a folder, with its own filters; all that is put in is escaped."""
     loader = FileSystemLoader([ASSETS, folder])
-    known = Environment(
+    environment = Environment(
         loader=loader,
         autoescape=True,
         trim_blocks=True,
@@ -197,10 +197,10 @@ def template(
         keep_trailing_newline=True,
     )
     # Style or script of a file, as it is.
-    known.globals.update(
-        asset=lambda file: loader.get_source(known, file)[0],
-        between=between,
+    environment.globals.update(
+        asset=lambda file: loader.get_source(environment, file)[0],
+        between=interval,
         several=several,
     )
-    known.filters.update(FILTERS, is_finite=math.isfinite, **filters)
-    return known.get_template(name)
+    environment.filters.update(FILTERS, is_finite=math.isfinite, **filters)
+    return environment.get_template(name)

@@ -11,7 +11,7 @@ from matplotlib.text import Annotation
 from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike, NDArray
 
-from ros_pose_stats.tools.plots.figures import INK, REFERENCE, apart
+from ros_pose_stats.tools.plots.figures import INK, REFERENCE, separate
 
 from .points import ESTIMATORS, KINDS, ChartPoint, series_of
 
@@ -259,7 +259,7 @@ def _name_estimators(
         min(shown.transform(_place(point))[0] for point in points) / labels.unit
         - LEADER
     )
-    placed = apart(
+    placed = separate(
         heights,
         LINE,
         box.y0 / labels.unit + 0.6 * LINE,
