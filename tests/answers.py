@@ -32,16 +32,20 @@ def write_stl(path: Path, surface) -> Path:
     return path
 
 
-def codes(found):
+def codes(statistics):
     """What the warnings of a part or an answer are about."""
-    return [warning.partition(":")[0] for warning in found.warnings]
+    return [warning.partition(":")[0] for warning in statistics.warnings]
 
 
-def counts(found):
+def counts(statistics):
     """Drops in each pose, by index."""
-    return [pose.count for pose in sorted(found.poses, key=lambda pose: pose.index)]
+    return [
+        pose.count for pose in sorted(statistics.poses, key=lambda pose: pose.index)
+    ]
 
 
-def by_index(found, name="probability"):
+def by_index(statistics, name="probability"):
     """A value of all poses, in the order of their numbers."""
-    return np.array([getattr(pose, name) for _, pose in sorted(found.by_index.items())])
+    return np.array(
+        [getattr(pose, name) for _, pose in sorted(statistics.by_index.items())]
+    )

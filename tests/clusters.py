@@ -36,7 +36,7 @@ def dask(kind, *arguments, **environment):
 @contextmanager
 def scheduler(folder, **environment):
     """Its process and address."""
-    told = folder / "scheduler.json"
+    scheduler_file = folder / "scheduler.json"
     with dask(
         "scheduler",
         "--host",
@@ -44,15 +44,15 @@ def scheduler(folder, **environment):
         "--port",
         "0",
         "--scheduler-file",
-        told,
+        scheduler_file,
         **environment,
     ) as running:
         while not (
-            told.exists() and told.read_text().endswith("}")
+            scheduler_file.exists() and scheduler_file.read_text().endswith("}")
         ):  # it appears empty
             assert running.poll() is None
             time.sleep(0.05)
-        yield running, json.loads(told.read_text())["address"]
+        yield running, json.loads(scheduler_file.read_text())["address"]
 
 
 def worker(address):

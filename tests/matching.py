@@ -37,13 +37,13 @@ def group_sizes(surface, tolerance=0.0, **properties):
     return sorted(Counter(pose.group for pose in poses).values())
 
 
-def same(one, other):
+def same(first, second):
     """Whether two messages of different classes hold the same values; NaN equals NaN."""
-    if hasattr(other, "get_fields_and_field_types"):
+    if hasattr(second, "get_fields_and_field_types"):
         return all(
-            same(getattr(one, name), getattr(other, name))
-            for name in other.get_fields_and_field_types()
+            same(getattr(first, name), getattr(second, name))
+            for name in second.get_fields_and_field_types()
         )
-    if isinstance(other, (bool, int, float, str)):
-        return one == other or (one != one and other != other)
-    return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(second, (bool, int, float, str)):
+        return first == second or (first != first and second != second)
+    return len(first) == len(second) and all(map(same, first, second))

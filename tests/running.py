@@ -80,12 +80,12 @@ def call(*arguments, program=cli.main):
 
     Signals that it takes over are given back.
     """
-    out = io.StringIO()
+    printed = io.StringIO()
     err = io.StringIO()
     handlers = {
         number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)
     }
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(err):
         try:
             status = program([str(argument) for argument in arguments])
         except SystemExit as end:  # of the parser
@@ -94,36 +94,36 @@ def call(*arguments, program=cli.main):
             for number, handler in handlers.items():
                 if signal.getsignal(number) is not handler:
                     signal.signal(number, handler)
-    return Done(status or 0, out.getvalue(), err.getvalue())
+    return Done(status or 0, printed.getvalue(), err.getvalue())
 
 
 def answer(*arguments):
     """Standard output of a command that must succeed without a complaint."""
-    done = call(*arguments)
-    assert done.returncode == 0, done.stderr
-    assert complaints(done.stderr) == []
-    return done.stdout
+    outcome = call(*arguments)
+    assert outcome.returncode == 0, outcome.stderr
+    assert complaints(outcome.stderr) == []
+    return outcome.stdout
 
 
 def answer_json(*arguments):
     """What a command prints with `--json`: an object, or a list of them, with all their keys."""
     values = strict_json(answer(*arguments, "--json"))
     objects = values if isinstance(values, list) else [values]
-    assert all("units" in each for each in objects)
+    assert all("units" in entry for entry in objects)
     if arguments[0] in ("estimate", "simulate"):
-        assert all(each.keys() == STATISTICS_KEYS for each in objects)
+        assert all(entry.keys() == STATISTICS_KEYS for entry in objects)
         assert all(
-            pose.keys() == POSE_KEYS for each in objects for pose in each["poses"]
+            pose.keys() == POSE_KEYS for entry in objects for pose in entry["poses"]
         )
     return values
 
 
 def refusal(*arguments):
     """The one line on standard error of a command that must be refused."""
-    done = call(*arguments)
-    assert done.returncode == 2, done
-    assert done.stdout == ""
-    lines = complaints(done.stderr)
+    outcome = call(*arguments)
+    assert outcome.returncode == 2, outcome
+    assert outcome.stdout == ""
+    lines = complaints(outcome.stderr)
     assert lines, "refused without a word"
     return lines[-1]
 

@@ -6,7 +6,7 @@ import tests.contract.node.conftest  # noqa: F401  discovery and checks, before 
 
 
 @pytest.fixture(scope="session")
-def place(tmp_path_factory):
+def domain(tmp_path_factory):
     """The domain, and the environment of a node in it."""
     from domain_coordinator import domain_id
 

@@ -38,7 +38,7 @@ def write_mcap(file, messages=None, namespace="/pose_stats", closed=True, **opti
             **{"use_chunking": False, "compression": CompressionType.NONE, **options},
         )
         writer.start("ros2", "test")
-        for place, (topic, message) in enumerate(everything(messages, namespace)):
+        for position, (topic, message) in enumerate(everything(messages, namespace)):
             name = type_name(message)
             if name not in schemas:
                 schemas[name] = writer.register_schema(
@@ -46,7 +46,7 @@ def write_mcap(file, messages=None, namespace="/pose_stats", closed=True, **opti
                 )
             if topic not in channels:
                 channels[topic] = writer.register_channel(topic, "cdr", schemas[name])
-            time = START + place * SECOND // 10
+            time = START + position * SECOND // 10
             writer.add_message(channels[topic], time, serialised(message), time)
         if closed:
             writer.finish()
@@ -75,13 +75,13 @@ def write_recorded(
     writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:
         topics = {}
-        for place, (topic, message) in enumerate(everything(messages, namespace)):
+        for position, (topic, message) in enumerate(everything(messages, namespace)):
             name = type_name(message)
             if topic not in topics:
                 topics[topic] = writer.add_connection(
                     topic, name, msgdef=definition(name), rihs01="RIHS01_" + "0" * 64
                 )
-            time = START + place * SECOND // 10 + round(later * SECOND)
+            time = START + position * SECOND // 10 + round(later * SECOND)
             writer.write(topics[topic], time, serialised(message))
     return folder
 

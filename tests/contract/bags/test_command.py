@@ -23,7 +23,7 @@ def log(tmp_path_factory):
 class TestReport:
     def test_it_says_everything_in_a_hundred_columns(self, log):
         text = answer("bag", log)
-        for said in (
+        for words in (
             "== clamp (digest 3fa9c1d23fa9, radius 20 mm)",
             "5 poses in 4 groups at cluster_tolerance 0.005 and round_sides 192, by "
             "simulation, 2000 drops",
@@ -37,7 +37,7 @@ class TestReport:
             "within chance",
             "beyond chance",
         ):
-            assert said in text
+            assert words in text
         assert (
             max(len(line) for line in text.splitlines() if str(log) not in line) <= 100
         )
@@ -97,9 +97,9 @@ class TestJson:
         assert values["messages"]["PoseStatistics"] == 5
         (part,) = values["parts"]
         (numbering,) = part["numberings"]
-        for each in (numbering, *part["jobs"], *part["counts"]):
-            assert (each["cluster_tolerance"], each["round_sides"]) == (0.005, 192)
-        assert [each["method"] for each in numbering["results"]] == [
+        for entry in (numbering, *part["jobs"], *part["counts"]):
+            assert (entry["cluster_tolerance"], entry["round_sides"]) == (0.005, 192)
+        assert [entry["method"] for entry in numbering["results"]] == [
             "combined",
             "simulation",
             "meae",
@@ -110,7 +110,7 @@ class TestJson:
         assert numbering["predictions"][1]["poses"][0]["count"] == 1120
         assert numbering["simulations"][0]["simulation"] == 1
         assert [
-            each["prediction"] for each in numbering["simulations"][0]["estimates"]
+            entry["prediction"] for entry in numbering["simulations"][0]["estimates"]
         ] == [0, 2]
         assert part["job_counts"] == {
             "accepted": 2,

@@ -41,31 +41,31 @@ class TestEstimateAgainstSimulation:
         (part,) = analysed(result(1.0), simulation(2.0)).parts
         ((compared,),) = part.simulations
         (against,) = compared.estimates
-        apart = np.array(SIMULATED) / 2000 - PROBABILITY
-        assert against.rms == pytest.approx(math.sqrt(np.mean(apart**2)))
+        difference = np.array(SIMULATED) / 2000 - PROBABILITY
+        assert against.rms == pytest.approx(math.sqrt(np.mean(difference**2)))
         assert (against.largest, against.largest_pose) == (
-            pytest.approx(np.abs(apart).max()),
+            pytest.approx(np.abs(difference).max()),
             1,
         )
-        known = stats.chisquare(SIMULATED, 2000 * np.array(PROBABILITY))
-        assert against.by_pose.statistic == pytest.approx(known.statistic)
-        assert against.by_pose.p_value == pytest.approx(known.pvalue)
+        reference = stats.chisquare(SIMULATED, 2000 * np.array(PROBABILITY))
+        assert against.by_pose.statistic == pytest.approx(reference.statistic)
+        assert against.by_pose.p_value == pytest.approx(reference.pvalue)
         # Poses 0 and 2 are one group.
-        known = stats.chisquare(
+        reference = stats.chisquare(
             (1370, 470, 120, 40), 2000 * np.array((0.67, 0.25, 0.06, 0.02))
         )
-        assert against.by_group.statistic == pytest.approx(known.statistic)
+        assert against.by_group.statistic == pytest.approx(reference.statistic)
         assert against.by_group.degrees_of_freedom == 3
 
     @pytest.mark.parametrize(
-        ("errors", "held"),
+        ("errors", "is_kept"),
         [
             ({"error": 0.015}, True),
             ({"error": math.nan, "expected_error": 0.015}, True),
             ({"error": math.nan, "expected_error": 1e-4}, False),
         ],
     )
-    def test_a_prediction_has_the_error_that_it_says(self, analysed, errors, held):
+    def test_a_prediction_has_the_error_that_it_says(self, analysed, errors, is_kept):
         """Off by two points, as it says itself: 100 000 drops do not refute it."""
         (part,) = analysed(
             result(1.0, OFF, method="split", group=APART, **errors),
@@ -73,7 +73,7 @@ class TestEstimateAgainstSimulation:
         ).parts
         (against,) = part.simulations[0][0].estimates
         for test in (against.by_pose, against.by_group):
-            assert (0.01 < test.p_value < 0.99) == held
+            assert (0.01 < test.p_value < 0.99) == is_kept
 
     def test_each_scene_has_its_largest_run_and_the_newest_estimates(self, analysed):
         (part,) = analysed(
@@ -88,7 +88,8 @@ class TestEstimateAgainstSimulation:
         scenes = part.simulations[0]
         assert [scene.simulation.drops for scene in scenes] == [2000, 191]
         assert [
-            [each.prediction.method for each in scene.estimates] for scene in scenes
+            [prediction.prediction.method for prediction in scene.estimates]
+            for scene in scenes
         ] == [["combined", "meae", "split"], ["combined", "meae"]]
         assert scenes[0].estimates[0].prediction.probability[0] == 0.5
 
@@ -101,12 +102,12 @@ class TestCameraCounts:
             np.array(COUNTED) / 400
         )
         estimated, dropped = compared.predictions
-        known = stats.chisquare(COUNTED, 400 * np.array(PROBABILITY))
-        assert estimated.by_pose.statistic == pytest.approx(known.statistic)
+        reference = stats.chisquare(COUNTED, 400 * np.array(PROBABILITY))
+        assert estimated.by_pose.statistic == pytest.approx(reference.statistic)
         # A simulation has an error of its own: a table of two rows.
-        known = stats.chi2_contingency([COUNTED, SIMULATED], correction=False)
-        assert dropped.by_pose.statistic == pytest.approx(known.statistic)
-        assert dropped.by_pose.p_value == pytest.approx(known.pvalue)
+        reference = stats.chi2_contingency([COUNTED, SIMULATED], correction=False)
+        assert dropped.by_pose.statistic == pytest.approx(reference.statistic)
+        assert dropped.by_pose.p_value == pytest.approx(reference.pvalue)
 
     def test_counts_do_not_judge_what_has_learnt_from_them(self, analysed):
         learnt = result(4.0, np.array(COUNTED) / 400, method="observed", observed=400)
@@ -114,7 +115,9 @@ class TestCameraCounts:
             result(1.0), simulation(2.0), counts(3.0, COUNTED), learnt
         ).parts
         (compared,) = part.counts
-        assert [each.prediction.method for each in compared.predictions] == [
+        assert [
+            prediction.prediction.method for prediction in compared.predictions
+        ] == [
             "combined",
             "simulation",
         ]
@@ -130,7 +133,9 @@ class TestCameraCounts:
                 for k, draw in enumerate(draws)
             ),
         ).parts
-        values = np.array([each.predictions[0].by_pose.p_value for each in part.counts])
+        values = np.array(
+            [comparison.predictions[0].by_pose.p_value for comparison in part.counts]
+        )
         assert len(values) == 200
         assert np.mean(values < 0.5) == pytest.approx(0.5, abs=4 * 0.035)
         assert np.mean(values < 0.05) <= 0.05 + 4 * math.sqrt(0.05 * 0.95 / 200)
@@ -169,17 +174,19 @@ class TestCameraCounts:
             counts(4.0, COUNTED, drop_height=0.2),
         ).parts
         remarks = {
-            (each.counts.plate, each.counts.drop_height): " ".join(each.remarks)
-            for each in part.counts
+            (comparison.counts.plate, comparison.counts.drop_height): " ".join(
+                comparison.remarks
+            )
+            for comparison in part.counts
         }
         assert len(remarks) == 3
         assert "rubber" in remarks["rubber", 0.4] and "200 mm" in remarks["steel", 0.2]
-        (left,) = (
+        (compared,) = (
             text
             for (plate, height), text in remarks.items()
             if plate == "steel" and height != 0.2
         )
-        assert "plate" not in left and "mm" not in left
+        assert "plate" not in compared and "mm" not in compared
 
     def test_the_numbering_chooses_among_results(self, analysed):
         (part,) = analysed(
@@ -189,10 +196,12 @@ class TestCameraCounts:
             counts(4.0, (1, 2, 3, 4, 5)),
             counts(5.0, COUNTED, cluster_tolerance=0.1 * 0.05),
         ).parts
-        by_numbering = {each.counts.numbering: each for each in part.counts}
+        by_numbering = {
+            comparison.counts.numbering: comparison for comparison in part.counts
+        }
         assert by_numbering.keys() == {(0.005, 0), (0.005, 192)}
-        for numbering, each in by_numbering.items():
-            assert (each.problem, each.history.numbering) == ("", numbering)
+        for numbering, comparison in by_numbering.items():
+            assert (comparison.problem, comparison.history.numbering) == ("", numbering)
         assert by_numbering[0.005, 192].count.tolist() == [231, 100, 55, 20, 9]
 
     def test_without_a_digest_the_name_decides(self, analysed):
@@ -202,7 +211,7 @@ class TestCameraCounts:
 
 class TestNotCompared:
     @pytest.mark.parametrize(
-        ("fields", "said"),
+        ("fields", "words"),
         [
             ({"cluster_tolerance": 0.01}, ("0.01", "0.005")),
             ({"round_sides": 0}, ("192", "0")),
@@ -210,20 +219,20 @@ class TestNotCompared:
             ({"index": (0, 17)}, ("pose 17",)),
         ],
     )
-    def test_counts_of_other_poses(self, analysed, fields, said):
+    def test_counts_of_other_poses(self, analysed, fields, words):
         (part,) = analysed(result(1.0), counts(2.0, (5, 6), **fields)).parts
         (compared,) = part.counts
         assert compared.predictions == ()
-        assert all(word in compared.problem for word in said)
+        assert all(word in compared.problem for word in words)
 
     @pytest.mark.parametrize(
-        ("digest", "said"), [("c" * 64, "no result"), ("", "2 parts are called clamp")]
+        ("digest", "words"), [("c" * 64, "no result"), ("", "2 parts are called clamp")]
     )
-    def test_counts_of_no_part_or_of_either_are_strays(self, analysed, digest, said):
+    def test_counts_of_no_part_or_of_either_are_strays(self, analysed, digest, words):
         others = [result(1.5, part_digest="b" * 64)] if not digest else []
         analysis = analysed(
             result(1.0), *others, counts(2.0, COUNTED, part_digest=digest)
         )
         assert all(part.counts == () for part in analysis.parts)
         (stray,) = analysis.strays
-        assert said in stray.problem
+        assert words in stray.problem

@@ -36,7 +36,7 @@ def test_other_tools_read_part_plate_and_energy_by_the_film_s_own_definitions(tm
     )
     part = load_part(stl, unit="mm", center_of_mass=CENTER)
     by_topic = defaultdict(list)
-    known = get_typestore(Stores.ROS2_JAZZY)
+    typestore = get_typestore(Stores.ROS2_JAZZY)
     with (tmp_path / "drop.mcap").open("rb") as stream:
         reader = make_reader(
             stream, validate_crcs=True, decoder_factories=[DecoderFactory()]
@@ -45,7 +45,9 @@ def test_other_tools_read_part_plate_and_energy_by_the_film_s_own_definitions(tm
             if channel.topic not in by_topic:
                 store = get_typestore(Stores.EMPTY)
                 store.register(get_types_from_msg(schema.data.decode(), schema.name))
-                assert store.hash_rihs01(schema.name) == known.hash_rihs01(schema.name)
+                assert store.hash_rihs01(schema.name) == typestore.hash_rihs01(
+                    schema.name
+                )
             by_topic[channel.topic].append(decoded)
     body, plate = by_topic["/drop/markers"][0].markers
     points = np.array([[point.x, point.y, point.z] for point in body.points])

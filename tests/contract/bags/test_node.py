@@ -114,16 +114,16 @@ def ask(client):
 
 
 @pytest.fixture(scope="module")
-def run(place, tmp_path_factory):
+def run(domain, tmp_path_factory):
     """A run that ended well."""
     folder = tmp_path_factory.mktemp("bags")
     published = []
-    sent = [camera_message(numbers) for numbers in ([], [5], [1, 2, 3], [2**63, 0])]
+    messages = [camera_message(numbers) for numbers in ([], [5], [1, 2, 3], [2**63, 0])]
     with cell_of(
-        place[0],
+        domain[0],
         folder,
         "recorded",
-        environment=place[1],
+        environment=domain[1],
         log_drops="true",
         plate="steel",
         mesh_topics="[/recorded/cad]",
@@ -138,17 +138,20 @@ def run(place, tmp_path_factory):
         send_parts(client)
         MeshPublisher(
             client, f"{client.prefix}/pose_counts", PoseCounts
-        ).matched().publish(*sent)
+        ).matched().publish(*messages)
         answers, jobs = ask(client)
         (bag,) = bags_of(folder)
-        until(lambda: len(of(bag, "pose_counts")) == len(sent), "the counts in the bag")
+        until(
+            lambda: len(of(bag, "pose_counts")) == len(messages),
+            "the counts in the bag",
+        )
         until(
             lambda: newest(of(bag, "pose_statistics")) == newest(published),
             "results in the bag",
         )
         live = analyse_bags(folder)
         node.stop()
-    return Run(bag, published, answers, sent, jobs, live)
+    return Run(bag, published, answers, messages, jobs, live)
 
 
 def of(bag, topic):
@@ -158,9 +161,10 @@ def of(bag, topic):
 
 def newest(results):
     """The last revision of each part."""
-    found = [deserialize_message(data, PoseStatistics) for data in results]
+    recorded = [deserialize_message(data, PoseStatistics) for data in results]
     return {
-        one.part_id: one.revision for one in sorted(found, key=lambda one: one.revision)
+        statistics.part_id: statistics.revision
+        for statistics in sorted(recorded, key=lambda statistics: statistics.revision)
     }
 
 
@@ -186,9 +190,9 @@ class TestTopics:
         )
 
     def test_counts_are_unchanged(self, run):
-        sent = [deserialize_message(data, PoseCounts) for data in run.counts]
+        recorded = [deserialize_message(data, PoseCounts) for data in run.counts]
         assert (
-            messages(run.bag, "pose_counts") == sent
+            messages(run.bag, "pose_counts") == recorded
         )  # padding in CDR may hold anything
 
     def test_a_part_is_there_once_as_it_was_received(self, run):
@@ -274,8 +278,8 @@ class TestReaders:
 
     def test_its_description_is_complete(self, run):
         text = (run.bag / "metadata.yaml").read_text()
-        about = yaml.safe_load(text)["rosbag2_bagfile_information"]
-        assert set(about) == {
+        information = yaml.safe_load(text)["rosbag2_bagfile_information"]
+        assert set(information) == {
             "version",
             "storage_identifier",
             "duration",
@@ -289,12 +293,14 @@ class TestReaders:
             "custom_data",
             "ros_distro",
         }
-        assert about["message_count"] == len(raw(run.bag))
-        assert about["relative_file_paths"] == [file.name for file in files_of(run.bag)]
-        for topic in about["topics_with_message_count"]:
+        assert information["message_count"] == len(raw(run.bag))
+        assert information["relative_file_paths"] == [
+            file.name for file in files_of(run.bag)
+        ]
+        for topic in information["topics_with_message_count"]:
             name = topic["topic_metadata"]["name"]
             assert topic["message_count"] == sum(
-                each == name for each, _ in raw(run.bag)
+                recorded_topic == name for recorded_topic, _ in raw(run.bag)
             )
             (quality,) = topic["topic_metadata"]["offered_qos_profiles"]
             is_latched = name in map(on_topic, ("part_mesh", "pose_statistics"))
@@ -307,7 +313,7 @@ class TestReaders:
             header = reader.get_header()
             summary = reader.get_summary()
         assert (header.profile, header.library.split()[0]) == ("ros2", "ros_pose_stats")
-        assert summary.statistics.message_count == about["message_count"]
+        assert summary.statistics.message_count == information["message_count"]
 
     def test_the_command_bag_says_it_all_also_while_it_is_written(self, run):
         text = answer("bag", run.bag)

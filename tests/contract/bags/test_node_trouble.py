@@ -52,19 +52,19 @@ def ask(client, number):
 
 
 @pytest.fixture(scope="module")
-def killed(place, tmp_path_factory):
+def killed(domain, tmp_path_factory):
     """A node with small files that was killed while it built a part."""
     folder = tmp_path_factory.mktemp("killed")
     with cell_of(
-        place[0], folder, "killed", environment=place[1], max_bag_bytes=FILE
+        domain[0], folder, "killed", environment=domain[1], max_bag_bytes=FILE
     ) as (node, client):
         answers = ask(client, 30)
         job_id = start(client, answers[0].part_id, 300)
         answers.append(finished(client, job_id).statistics)
         running = analyse_bags(folder).contents
-        asked = client.send("estimate", part=flat(ellipsoid(120_000)))
+        request = client.send("estimate", part=flat(ellipsoid(120_000)))
         builder = builder_at_work(node.process.pid)
-        assert not asked.done()
+        assert not request.done()
         node.kill()
     (bag,) = bags_of(folder)
     return Killed(bag, answers, running, builder)
@@ -125,23 +125,23 @@ DAMAGE = {
 
 
 @pytest.fixture(scope="module")
-def mended(killed, place, tmp_path_factory):
+def mended(killed, domain, tmp_path_factory):
     """The next start beside unfinished bags of every kind; what whole messages each had before."""
     folder = tmp_path_factory.mktemp("mended")
-    before = {}
+    files_before = {}
     for number, (kind, damaged) in enumerate(DAMAGE.items()):
         bag = earlier_copy(killed.bag, folder, number)
         last = files_of(bag)[-1]
         last.write_bytes(damaged(last.read_bytes()))
-        before[kind] = bag, analyse_bags(bag).contents.messages["PoseStatistics"]
+        files_before[kind] = bag, analyse_bags(bag).contents.messages["PoseStatistics"]
     (folder / "notes").mkdir()
     (folder / "notes" / "mine.mcap").write_text("mine")
-    with cell_of(place[0], folder, "mended", environment=place[1]) as (node, client):
+    with cell_of(domain[0], folder, "mended", environment=domain[1]) as (node, client):
         ask(client, 1)
-        for bag, _ in before.values():
+        for bag, _ in files_before.values():
             node.says(f"{bag.name} mended")
         node.stop()
-    return before
+    return files_before
 
 
 class TestNextStart:
@@ -169,7 +169,7 @@ def recorded_in(bag):
     ]
 
 
-def test_the_oldest_files_go_once_all_bags_are_too_large(killed, place, tmp_path):
+def test_the_oldest_files_go_once_all_bags_are_too_large(killed, domain, tmp_path):
     """Old runs first, but none that a link leads to, then old files of this run."""
     archive = earlier_copy(killed.bag, tmp_path.with_name("archive"), 0)
     (tmp_path / archive.name).symlink_to(archive)
@@ -180,17 +180,20 @@ def test_the_oldest_files_go_once_all_bags_are_too_large(killed, place, tmp_path
     ]
     bound = int(1.5 * size_of(killed.bag, "*.mcap"))
     with cell_of(
-        place[0],
+        domain[0],
         tmp_path,
         "bounded",
-        environment=place[1],
+        environment=domain[1],
         max_bag_bytes=FILE,
         max_log_bytes=bound,
     ) as (node, client):
         (first,) = ask(client, 1)
         until(lambda: size_of(tmp_path, "*.mcap") <= bound, "the bound")
-        left = [file for file in old if file.exists()]
-        assert 0 < len(left) < len(old) and left == old[len(old) - len(left) :]
+        remaining = [file for file in old if file.exists()]
+        assert (
+            0 < len(remaining) < len(old)
+            and remaining == old[len(old) - len(remaining) :]
+        )
         answers = []
         while any(file.exists() for file in old) or len(answers) < 50:
             answers.append(
@@ -227,8 +230,8 @@ def assert_says_that_nothing_is_recorded(node, client, health):
         "start_drop_simulation", part_id=statistics.part_id, drops=200
     )
     assert accepted.message.startswith(NOT_RECORDED)
-    done = finished(client, accepted.job_id).statistics
-    assert done.drops == 200 and len(unrecorded(done)) == 1
+    job_statistics = finished(client, accepted.job_id).statistics
+    assert job_statistics.drops == 200 and len(unrecorded(job_statistics)) == 1
     goals = Goals(client)
     _, result = goals.send(part_id=statistics.part_id, drops=100).result()
     goals.close()
@@ -252,9 +255,9 @@ def assert_records(client, folder, health):
     return statistics
 
 
-def test_a_full_disk_and_a_missing_folder_come_and_go(place, tmp_path):
+def test_a_full_disk_and_a_missing_folder_come_and_go(domain, tmp_path):
     folder = tmp_path / "bags"
-    with cell_of(place[0], folder, "trouble", environment=place[1]) as (node, client):
+    with cell_of(domain[0], folder, "trouble", environment=domain[1]) as (node, client):
         health = Health(client)
         first = assert_records(client, folder, health)
         (bag,) = bags_of(folder)
@@ -271,9 +274,9 @@ def test_a_full_disk_and_a_missing_folder_come_and_go(place, tmp_path):
             (resource.RLIM_INFINITY, resource.RLIM_INFINITY),
         )
         until(lambda: not unrecorded(ask(client, 1)[0]), "room")
-        again = assert_records(client, folder, health)
+        second_part = assert_records(client, folder, health)
         node.says("recording works again")
-        assert {whole(first), whole(again)} <= set(
+        assert {whole(first), whole(second_part)} <= set(
             map(whole, recorded(folder, "answers"))
         )
         with standing(node.process.pid):  # nothing is made in it while it goes

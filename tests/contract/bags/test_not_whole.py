@@ -24,31 +24,31 @@ def only_file(folder):
 def test_cut_anywhere_the_whole_messages_before_it_are_read(tmp_path):
     file = only_file(write_run(tmp_path / "whole", closed=False))
     content = file.read_bytes()
-    seen = []
+    counts = []
     places = np.sort(np.random.default_rng(0).integers(0, len(content), 40))
-    for place in places.tolist():
-        (tmp_path / "cut.mcap").write_bytes(content[:place])
+    for offset in places.tolist():
+        (tmp_path / "cut.mcap").write_bytes(content[:offset])
         try:
             contents = analyse_bags(tmp_path / "cut.mcap").contents
         except PoseStatsError:  # as long as no message is whole
-            seen.append(0)
+            counts.append(0)
             continue
         assert contents.files[0].state in ("cut", "open") and contents.files[0].note
-        seen.append(sum(contents.messages.values()))
-    assert seen == sorted(seen)
-    assert seen[0] == 0 and seen[-1] >= 12
+        counts.append(sum(contents.messages.values()))
+    assert counts == sorted(counts)
+    assert counts[0] == 0 and counts[-1] >= 12
 
 
 def test_only_the_last_file_of_a_bag_is_cut(tmp_path):
     """Files are in the order of their numbers, not of their names."""
     run = run_of_a_node()
-    there = tmp_path / "there"
+    copy = tmp_path / "there"
     links = tmp_path / "links"
-    write_mcap(there / "bag_9.mcap", run[:8])
-    last = write_mcap(there / "bag_10.mcap", run[8:])
+    write_mcap(copy / "bag_9.mcap", run[:8])
+    last = write_mcap(copy / "bag_10.mcap", run[8:])
     last.write_bytes(last.read_bytes()[: last.stat().st_size * 2 // 3])
     links.mkdir()
-    (links / "there").symlink_to(there)
+    (links / "there").symlink_to(copy)
     contents = analyse_bags(links).contents
     assert [(file.path.name, file.state) for file in contents.files] == [
         ("bag_9.mcap", "whole"),
@@ -94,8 +94,8 @@ class TestBrokenMessages:
         write_run(tmp_path)
         file = write_mcap(tmp_path / "short.mcap", [("pose_statistics", result(20.0))])
         content = file.read_bytes()
-        place = content.index(b"combined\0")
-        file.write_bytes(content[: place - 4] + b"\xff\xff\xff\x7f" + content[place:])
+        offset = content.index(b"combined\0")
+        file.write_bytes(content[: offset - 4] + b"\xff\xff\xff\x7f" + content[offset:])
         contents = analyse_bags(tmp_path).contents
         assert "1 message " in contents.notes[0]
         assert len(contents.parts[0].histories[0].time) == 4
@@ -130,8 +130,8 @@ class TestBrokenMessages:
         )
         contents = analyse_bags(tmp_path).contents
         assert contents.counts == () and len(contents.parts[0].histories[0].time) == 1
-        for said in ("1 camera count left out", "1 result left out, without poses"):
-            assert said in " ".join(contents.notes)
+        for words in ("1 camera count left out", "1 result left out, without poses"):
+            assert words in " ".join(contents.notes)
 
 
 def without_definitions(folder):
@@ -150,7 +150,7 @@ def written(file, content):
 
 class TestRefusals:
     @pytest.mark.parametrize(
-        ("make", "said"),
+        ("make", "words"),
         [
             (lambda folder: folder / "nowhere", "does not exist"),
             (lambda folder: folder, "none under"),
@@ -170,9 +170,9 @@ class TestRefusals:
             (without_definitions, "ros2 bag convert"),
         ],
     )
-    def test_what_holds_nothing_is_refused_in_one_line(self, tmp_path, make, said):
+    def test_what_holds_nothing_is_refused_in_one_line(self, tmp_path, make, words):
         line = refusal("bag", make(tmp_path))
-        assert line.startswith("ros_pose_stats: expected ") and said in line
+        assert line.startswith("ros_pose_stats: expected ") and words in line
 
     def test_no_bag_at_all_and_a_wrong_path_beside_a_good_one(self, tmp_path):
         with pytest.raises(PoseStatsError, match="at least one bag"):

@@ -184,5 +184,8 @@ def test_progress_goes_by_the_bytes_that_are_read(tmp_path):
     contents = analyse_bags(tmp_path, lambda *progress: calls.append(progress)).contents
     size = sum(file.path.stat().st_size for file in contents.files)
     assert {total for _, total in calls} == {size}
-    done = [part for part, _ in calls]
-    assert done == sorted(done) and 0 < done[0] < 0.5 * size < done[-1] <= size
+    parts_read = [part for part, _ in calls]
+    assert (
+        parts_read == sorted(parts_read)
+        and 0 < parts_read[0] < 0.5 * size < parts_read[-1] <= size
+    )

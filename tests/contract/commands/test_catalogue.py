@@ -121,7 +121,7 @@ def rows_of(folder, name="catalogue.csv"):
 class Run:
     """The command in a process of its own, watched on a terminal, which has time for that."""
 
-    def __init__(self, *options, **more):
+    def __init__(self, *options, **environment):
         self.terminal, stderr = pty.openpty()
         self.process = subprocess.Popen(
             [
@@ -139,29 +139,31 @@ class Run:
             start_new_session=True,
             env=os.environ | {"PYTHONPATH": str(ROOT)},
             preexec_fn=lambda: os.nice(5),
-            **more,
+            **environment,
         )
         os.close(stderr)
 
-    def wait_for(self, more):
+    def wait_for(self, condition):
         """Until the bar shows more parts than so many; returns how many."""
         while True:
-            shown = os.read(self.terminal, 4096).decode()
-            counts = [int(count) for count in re.findall(r"(\d+) of \d+ parts", shown)]
-            if counts and counts[-1] > more:
+            printed = os.read(self.terminal, 4096).decode()
+            counts = [
+                int(count) for count in re.findall(r"(\d+) of \d+ parts", printed)
+            ]
+            if counts and counts[-1] > condition:
                 return counts[-1]
 
     def end(self):
         """Standard output, once it has ended."""
-        out, _ = self.process.communicate(timeout=PATIENCE)
+        printed, _ = self.process.communicate(timeout=PATIENCE)
         os.close(self.terminal)
-        return out
+        return printed
 
 
 def are_gone(processes):
-    until = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + PATIENCE
     while not all(map(is_gone, processes)):
-        if time.monotonic() > until:
+        if time.monotonic() > deadline:
             return False
         time.sleep(0.01)
     return True
@@ -219,7 +221,7 @@ def ended(home):
 
 
 @pytest.fixture(scope="module")
-def made(home):
+def catalogue(home):
     """The late parts in one go: what the command prints with `--json`, and its folder.
 
     A file beside the parts may have the name of a module that the work needs.
@@ -242,8 +244,10 @@ class TestEnds:
             and "make room" in line
         )
 
-    def test_rows_that_cannot_be_read_are_refused_with_what_to_do(self, home, made):
-        shutil.copytree(made[1], home / "damaged")
+    def test_rows_that_cannot_be_read_are_refused_with_what_to_do(
+        self, home, catalogue
+    ):
+        shutil.copytree(catalogue[1], home / "damaged")
         (home / "damaged" / "parts.sqlite3").write_bytes(b"no rows" * 1000)
         assert "delete it" in refusal(*ASKED, "-o", "damaged")
 
@@ -268,10 +272,10 @@ class TestEnds:
         )
 
     def test_the_tables_are_those_of_one_go_and_nothing_was_done_twice(
-        self, home, ended, made
+        self, home, ended, catalogue
     ):
         """Of files as they are in the end; what the runs before did was kept."""
-        assert tables(home / "stopped") == tables(made[1])
+        assert tables(home / "stopped") == tables(catalogue[1])
         assert int(re.search(r", (\d+) of them done before", ended.last)[1]) > 0
 
     def test_words_say_what_was_written_and_refused(self, ended):
@@ -287,8 +291,10 @@ class TestEnds:
 
 
 class TestRows:
-    def test_each_file_has_one_in_the_order_of_names_whatever_links_to_it(self, made):
-        known = (
+    def test_each_file_has_one_in_the_order_of_names_whatever_links_to_it(
+        self, catalogue
+    ):
+        expected = (
             *REFUSED,
             "box.stl",
             "a_changed.stl",
@@ -296,12 +302,12 @@ class TestRows:
             "b\udcf6x, 1.stl",
             *(f"below/rock_{seed}.STL" for seed in range(ROCKS)),
         )
-        names = ["./=1+1.stl", *sorted(f"parts/{name}" for name in known)]
-        assert [row["file"] for row in made[0]["parts"]] == names
-        assert [row["file"] for row in rows_of(made[1])] == names
+        names = ["./=1+1.stl", *sorted(f"parts/{name}" for name in expected)]
+        assert [row["file"] for row in catalogue[0]["parts"]] == names
+        assert [row["file"] for row in rows_of(catalogue[1])] == names
 
-    def test_what_is_no_part_is_refused_with_a_reason_in_one_line(self, made):
-        values, _ = made
+    def test_what_is_no_part_is_refused_with_a_reason_in_one_line(self, catalogue):
+        values, _ = catalogue
         reasons = {
             row["file"]: row["refusal"] for row in values["parts"] if row["refusal"]
         }
@@ -318,8 +324,10 @@ class TestRows:
             "\n" in reason for name, reason in reasons.items() if "\n" not in name
         )
 
-    def test_a_box_by_its_closed_forms(self, made):
-        row = next(row for row in made[0]["parts"] if row["file"] == "parts/box.stl")
+    def test_a_box_by_its_closed_forms(self, catalogue):
+        row = next(
+            row for row in catalogue[0]["parts"] if row["file"] == "parts/box.stl"
+        )
         assert (row["stable_poses"], row["distinct_poses"], row["triangles"]) == (
             6,
             3,
@@ -336,8 +344,10 @@ class TestRows:
         assert row["entropy_bits"] == pytest.approx(
             -sum(share * math.log2(share) for share in shares.values())
         )
-        for end, other in (("", ""), ("_low", "_high"), ("_high", "_low")):
-            assert row[f"passes{end}"] == pytest.approx(1.0 / row[f"best_share{other}"])
+        for end, counterpart in (("", ""), ("_low", "_high"), ("_high", "_low")):
+            assert row[f"passes{end}"] == pytest.approx(
+                1.0 / row[f"best_share{counterpart}"]
+            )
         for pose in row["poses"]:
             sides = [
                 pose[name]
@@ -346,9 +356,9 @@ class TestRows:
             assert sorted(sides) == pytest.approx([0.01, 0.02, 0.03])
             assert pose["height_m"] == pytest.approx(0.5 * pose["top_m"])
 
-    def test_the_options_reach_the_estimate(self, home, made):
+    def test_the_options_reach_the_estimate(self, home, catalogue):
         row = next(
-            row for row in made[0]["parts"] if row["file"].endswith("rock_3.STL")
+            row for row in catalogue[0]["parts"] if row["file"].endswith("rock_3.STL")
         )
         part = load_part(home / row["file"], "cm", density=7850.0)
         expected = estimate(part, restitution=0.2, drop_height=0.4)
@@ -360,22 +370,22 @@ class TestRows:
         }
 
 
-def test_no_module_comes_from_where_the_command_is_started(home, made):
+def test_no_module_comes_from_where_the_command_is_started(home, catalogue):
     assert not (home / "ran").exists()
 
 
 class TestTables:
-    def test_they_hold_what_the_object_says(self, made):
-        values, folder = made
+    def test_they_hold_what_the_object_says(self, catalogue):
+        values, folder = catalogue
         assert values["tables"] == [
             str(Path("out", name).with_suffix(kind))
             for name in TABLES
             for kind in (".csv", ".parquet")
         ]
-        for row, kept in zip(rows_of(folder), values["parts"], strict=True):
-            assert row["refusal"] == kept["refusal"]
+        for row, entry in zip(rows_of(folder), values["parts"], strict=True):
+            assert row["refusal"] == entry["refusal"]
             assert row["best_share"] == (
-                "" if kept["refusal"] else str(kept["best_share"])
+                "" if entry["refusal"] else str(entry["best_share"])
             )
         poses = rows_of(folder, "poses.csv")
         assert len(poses) == sum(len(row.get("poses", ())) for row in values["parts"])
@@ -385,9 +395,11 @@ class TestTables:
             ) == pytest.approx(1.0)
 
     @pytest.mark.parametrize("name", TABLES)
-    def test_parquet_holds_the_same(self, made, name):
-        rows = parquet.read_table((made[1] / name).with_suffix(".parquet")).to_pylist()
-        for row, text in zip(rows, rows_of(made[1], name), strict=True):
+    def test_parquet_holds_the_same(self, catalogue, name):
+        rows = parquet.read_table(
+            (catalogue[1] / name).with_suffix(".parquet")
+        ).to_pylist()
+        for row, text in zip(rows, rows_of(catalogue[1], name), strict=True):
             assert {
                 key: "" if value is None else str(value) for key, value in row.items()
             } == {
@@ -395,8 +407,8 @@ class TestTables:
                 for key, value in text.items()
             }
 
-    def test_lines_end_as_those_of_unix(self, made):
-        text = (made[1] / "poses.csv").read_bytes()
+    def test_lines_end_as_those_of_unix(self, catalogue):
+        text = (catalogue[1] / "poses.csv").read_bytes()
         assert b"\r" not in text and text.endswith(b"\n")
 
 
@@ -408,11 +420,11 @@ class TestTables:
         (("--target-error", 0.1), "target_error"),
     ],
 )
-def test_a_folder_of_another_request_is_refused_and_kept(made, options, words):
-    before = tables(made[1])
+def test_a_folder_of_another_request_is_refused_and_kept(catalogue, options, words):
+    contents = tables(catalogue[1])
     line = refusal(*ASKED, *options, "-o", "out")
     assert "the same catalogue" in line and words in line
-    assert tables(made[1]) == before
+    assert tables(catalogue[1]) == contents
 
 
 @pytest.mark.parametrize("name", ["index.html", "catalogue.parquet"])
@@ -435,7 +447,7 @@ def test_a_part_that_ends_its_process_is_refused_and_costs_no_other(tmp_path):
         "    return usual(path, *how, **more)\n"
         "os.open = deadly\n"
     )
-    done = subprocess.run(
+    outcome = subprocess.run(
         [
             sys.executable,
             "-m",
@@ -453,8 +465,10 @@ def test_a_part_that_ends_its_process_is_refused_and_costs_no_other(tmp_path):
         text=True,
         env=os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"},
     )
-    assert done.returncode == 0 and ": 3 parts, 1 refused" in done.stdout
-    assert "deadly.stl: the process that looked at it ended by SIGABRT" in done.stdout
+    assert outcome.returncode == 0 and ": 3 parts, 1 refused" in outcome.stdout
+    assert (
+        "deadly.stl: the process that looked at it ended by SIGABRT" in outcome.stdout
+    )
 
 
 @pytest.mark.long
@@ -518,22 +532,24 @@ def test_files_of_one_name_and_another_size_are_named_however_turned(tmp_path):
     turn = (0.6, -0.8, 0.0), (0.8, 0.6, 0.0), (0.0, 0.0, 1.0)
     write_stl(tmp_path / "cube.STL", shapes.box(10.0, 10.0, 10.0))
     write_stl(tmp_path / "cube.stl", moved(shapes.box(10.0, 10.0, 10.0), turn))
-    done = call(
+    outcome = call(
         "catalogue", tmp_path, "--unit", "mm", "-o", tmp_path / "out", "--workers", 1
     )
     assert re.search(
-        r"unit of \S*/box.stl: it is 30 mm long, \S*/box.STL 3 mm", done.stdout
+        r"unit of \S*/box.stl: it is 30 mm long, \S*/box.STL 3 mm", outcome.stdout
     )
     page = (tmp_path / "out" / "index.html").read_text()
     assert (
-        done.stdout.count("check the unit of") == page.count("Check the unit of") == 1
+        outcome.stdout.count("check the unit of")
+        == page.count("Check the unit of")
+        == 1
     )
 
 
 def test_a_scheduler_that_is_none_leaves_the_folder_to_others(home, tmp_path):
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    asked = "catalogue", home / "parts" / "box.stl", "-o", tmp_path / "out"
-    assert "a scheduler that answers" in refusal(*asked, "--scheduler", "nowhere://")
+    request = "catalogue", home / "parts" / "box.stl", "-o", tmp_path / "out"
+    assert "a scheduler that answers" in refusal(*request, "--scheduler", "nowhere://")
     assert not (tmp_path / "out").exists()
 
 

@@ -17,23 +17,23 @@ TABLES = "catalogue.csv", "poses.csv"
 def test_the_tables_are_those_of_one_machine_although_a_worker_is_killed(tmp_path):
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     parts = tmp_path / "parts"
-    out = tmp_path / "cluster"
+    output = tmp_path / "cluster"
     parts.mkdir()
     for k in range(120):
         write_stl(parts / f"box_{k}.stl", shapes.box(10.0, 20.0, 30.0 + k))
     (parts / "letter.stl").write_text("Dear colleague,")
-    asked = "catalogue", parts, "--unit", "mm"
-    answer(*asked, "-o", tmp_path / "alone")
+    request = "catalogue", parts, "--unit", "mm"
+    answer(*request, "-o", tmp_path / "alone")
 
     def kill_in_the_middle(process):
-        while not list(out.rglob("*.png")):
+        while not list(output.rglob("*.png")):
             time.sleep(0.01)
         process.kill()
 
     with scheduler(tmp_path) as (_, address), worker(address) as first, worker(address):
         threading.Thread(target=kill_in_the_middle, args=(first,), daemon=True).start()
-        values = answer_json(*asked, "--scheduler", address, "-o", out)
+        values = answer_json(*request, "--scheduler", address, "-o", output)
         assert first.wait(60.0) != 0
     assert (values["done"], values["refused"]) == (121, 1)
     for name in TABLES:
-        assert (out / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()
+        assert (output / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()

@@ -55,11 +55,11 @@ def test_the_table_begins_with_the_verdict_and_the_parts(boxes):
 
 
 def test_what_does_not_differ_is_said_first(boxes):
-    asked = "compare", boxes[0], boxes[0], *ASKED, "--drops", 50
-    assert answer(*asked).startswith(
+    request = "compare", boxes[0], boxes[0], *ASKED, "--drops", 50
+    assert answer(*request).startswith(
         "50 drops of each show no difference of A and B: no"
     )
-    assert answer(*asked, "--wanted", "0").startswith(
+    assert answer(*request, "--wanted", "0").startswith(
         "50 drops of each show no difference in feeding: "
     )
 
@@ -77,20 +77,20 @@ def test_the_unit_is_for_files_that_declare_none(tmp_path):
 
 
 def test_wanted_poses_of_which_symmetry_has_more_are_pointed_out(boxes):
-    asked = "compare", *boxes, *ASKED, "--drops", 300, "--wanted"
+    request = "compare", *boxes, *ASKED, "--drops", 300, "--wanted"
     warnings = [
         "WANTED_ALIKE: pose 3 looks the same as pose 2 (symmetry)",
         "WANTED_ALIKE: pose 1 looks the same as pose 0 (symmetry)",
     ]
-    values = answer_json(*asked, "2")
+    values = answer_json(*request, "2")
     assert [
         line.partition(" and is")[0]
         for variant in values["variants"]
         for line in variant["warnings"]
     ] == warnings
-    text = answer(*asked, "2")
+    text = answer(*request, "2")
     assert f"A: {warnings[0]}" in text and f"B: {warnings[1]}" in text
-    assert "WANTED_ALIKE" not in answer(*asked, "0-1")
+    assert "WANTED_ALIKE" not in answer(*request, "0-1")
 
 
 def test_a_centre_of_mass_for_each(boxes):

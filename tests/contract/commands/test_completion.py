@@ -47,15 +47,15 @@ def offered(tmp_path_factory):
             f"$program ros_pose_stats {shlex.quote(words[-1])} {shlex.quote(words[0])}",
             "printf '%s ' \"${COMPREPLY[@]}\"; echo",
         ]
-    done = subprocess.run(
+    outcome = subprocess.run(
         [BASH, "--norc", "-c", "\n".join(lines)],
         cwd=folder,
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 0, done.stderr
+    assert outcome.returncode == 0, outcome.stderr
     return dict(
-        zip(TYPED, (line.split() for line in done.stdout.splitlines()), strict=True)
+        zip(TYPED, (line.split() for line in outcome.stdout.splitlines()), strict=True)
     )
 
 

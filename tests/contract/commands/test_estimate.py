@@ -63,12 +63,12 @@ class TestTable:
     def test_a_part_without_symmetry_has_a_row_a_pose_either_way(self, tmp_path):
         corners = np.array([(0.0, 0, 0), (31, 0, 0), (3, 27, 0), (5, 7, 22)])
         file = write_stl(tmp_path / "corner.stl", shapes.hull_mesh(corners))
-        text, each = (
-            answer("estimate", file, "--unit", "mm", *more)
-            for more in ((), ("--each",))
+        text, every_pose = (
+            answer("estimate", file, "--unit", "mm", *options)
+            for options in ((), ("--each",))
         )
         assert table_head(text)[:3] == ["pose", "group", "probability"]
-        assert text.splitlines()[:-1] == each.splitlines()[:-1]
+        assert text.splitlines()[:-1] == every_pose.splitlines()[:-1]
 
     def test_long_rows_of_poses_are_written_by_their_ends(self, cylinder):
         text = answer(
@@ -86,9 +86,9 @@ class TestTable:
         assert text.count("the tilt to topple holds across its axis only") == 1
         assert "*" not in answer("estimate", *box)
 
-    @pytest.mark.parametrize(("more", "count"), [((), 3), (("--each",), 6)])
-    def test_all_methods_side_by_side(self, box, more, count):
-        text = answer("estimate", *box, "--method", "all", *more)
+    @pytest.mark.parametrize(("extra", "count"), [((), 3), (("--each",), 6)])
+    def test_all_methods_side_by_side(self, box, extra, count):
+        text = answer("estimate", *box, "--method", "all", *extra)
         assert set(METHODS) < set(table_head(text))
         rows = table_rows(text)
         assert len(rows) == count
@@ -110,19 +110,21 @@ class TestTable:
         ],
     )
     def test_warnings_are_in_table_and_object(self, parts, name, options, code):
-        asked = "estimate", parts / f"{name}.stl", *options
-        assert f"\n{code}: " in answer(*asked)
+        request = "estimate", parts / f"{name}.stl", *options
+        assert f"\n{code}: " in answer(*request)
         assert code in [
-            line.partition(":")[0] for line in answer_json(*asked)["warnings"]
+            line.partition(":")[0] for line in answer_json(*request)["warnings"]
         ]
 
     def test_notes_stand_below_the_table_and_in_the_object(self, parts):
-        asked = "estimate", parts / "cylinder.stl", "--unit", "mm"
-        found = answer_json(*asked)
-        assert "CLUSTERED" in [line.partition(":")[0] for line in found["notes"]]
-        assert found["warnings"] == []
-        lines = "".join(f"\nnote {line}" for line in found["notes"])
-        assert f"{lines}\ncomputed" in answer(*asked)
+        request = "estimate", parts / "cylinder.stl", "--unit", "mm"
+        printed_object = answer_json(*request)
+        assert "CLUSTERED" in [
+            line.partition(":")[0] for line in printed_object["notes"]
+        ]
+        assert printed_object["warnings"] == []
+        lines = "".join(f"\nnote {line}" for line in printed_object["notes"])
+        assert f"{lines}\ncomputed" in answer(*request)
 
 
 class TestJson:
@@ -181,7 +183,7 @@ class TestJson:
 
     def test_all_methods_are_a_list(self, box):
         values = answer_json("estimate", *box, "--method", "all")
-        assert [each["method"] for each in values] == list(METHODS)
+        assert [answer["method"] for answer in values] == list(METHODS)
 
     def test_an_infinite_barrier_is_null(self, tmp_path):
         ball = write_stl(
@@ -221,10 +223,13 @@ class TestOptions:
 
     def test_the_unit_is_a_guess_where_nobody_names_it(self, box):
         guessed = answer_json("estimate", box[0], "--drop-height", "200mm")
-        given = answer_json("estimate", *box, "--drop-height", 0.2)
-        (warning,) = set(guessed.pop("warnings")) - set(given.pop("warnings"))
+        with_height = answer_json("estimate", *box, "--drop-height", 0.2)
+        (warning,) = set(guessed.pop("warnings")) - set(with_height.pop("warnings"))
         assert warning.startswith("UNIT_GUESSED") and "mm" in warning
-        assert {**guessed, **given} == {**given, "seconds": given["seconds"]}
+        assert {**guessed, **with_height} == {
+            **with_height,
+            "seconds": with_height["seconds"],
+        }
 
     @pytest.mark.parametrize(
         "words",

@@ -22,7 +22,7 @@ def bag(tmp_path_factory):
     messages = []
     for second, (name, size) in enumerate(SIZES.items()):
         part = part_from_mesh(*shapes.box(*size))
-        about = {
+        information = {
             "part_id": name,
             "part_digest": part.digest,
             "cluster_tolerance": 0.0025,
@@ -40,10 +40,12 @@ def bag(tmp_path_factory):
                     triangles=array("I", part.triangles.ravel().tolist()),
                 ),
             ),
-            ("pose_counts", counts(2.0 * second, shares, plate="glass", **about)),
+            ("pose_counts", counts(2.0 * second, shares, plate="glass", **information)),
             (
                 "pose_counts",
-                counts(2.0 * second + 1, [0, 0, 0, 0, 0, 999], plate="other", **about),
+                counts(
+                    2.0 * second + 1, [0, 0, 0, 0, 0, 999], plate="other", **information
+                ),
             ),
         ]
     messages.append(
@@ -58,11 +60,11 @@ def bag(tmp_path_factory):
 def test_a_bag_gives_the_counts_of_its_parts_on_the_plate(bag, tmp_path):
     file = tmp_path / "plates.yaml"
     file.write_text("plates:\n  steel: {restitution: 0.2}\n")
-    done = call("fit", bag, bag, "--plate", "glass", "--plates", file)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines()[0] == "plate glass, from 600 counts of 2 parts"
-    assert f"wrote {file}" in done.stdout
-    assert "10 counts of lost left out: its mesh is not in the bags" in done.stderr
+    outcome = call("fit", bag, bag, "--plate", "glass", "--plates", file)
+    assert outcome.returncode == 0, outcome.stderr
+    assert outcome.stdout.splitlines()[0] == "plate glass, from 600 counts of 2 parts"
+    assert f"wrote {file}" in outcome.stdout
+    assert "10 counts of lost left out: its mesh is not in the bags" in outcome.stderr
     plates = yaml.safe_load(file.read_text(encoding="utf-8"))["plates"]
     assert plates["steel"] == {"restitution": 0.2}
     assert (plates["glass"]["counted"], {*plates["glass"]["parts"]}) == (600, {*SIZES})

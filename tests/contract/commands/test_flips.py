@@ -19,14 +19,16 @@ def test_the_object_is_the_librarys(box):
 
 def test_kicks_are_set_beside_dropping_again(box):
     feeding = answer_json("flips", *box, *KICKED)["feeding"]
-    again = feeding["dropped_again"]
+    dropped = feeding["dropped_again"]
     kicked = feeding["kicked"]
-    assert again["per_minute"]["value"] == pytest.approx(
-        60.0 * again["accepted"]["value"]
+    assert dropped["per_minute"]["value"] == pytest.approx(
+        60.0 * dropped["accepted"]["value"]
     )
-    assert again["passes"]["value"] == pytest.approx(1.0 / again["accepted"]["value"])
+    assert dropped["passes"]["value"] == pytest.approx(
+        1.0 / dropped["accepted"]["value"]
+    )
     assert kicked["accepted"]["value"] == 1.0 and kicked["flips"]["value"] > 0.0
-    for number in (*again.values(), *kicked.values()):
+    for number in (*dropped.values(), *kicked.values()):
         assert number["low"] <= number["value"] <= number["high"]
     lines = answer("flips", *box, *KICKED).splitlines()
     assert lines[0] == "box: kicked by 50 mm on a frictionless plate, restitution 0.5"
@@ -42,7 +44,7 @@ def test_intervals_are_kept(box):
     """Nine in ten of 120 trials, but for three standard errors, and 0.01 for the first order."""
 
     def fed(flips, drops, seed):
-        found = answer_json(
+        answer = answer_json(
             "flips",
             *box,
             "--kick",
@@ -57,19 +59,19 @@ def test_intervals_are_kept(box):
             0,
         )["feeding"]
         return [
-            tuple(found[way]["per_minute"].values())
-            for way in ("kicked", "dropped_again")
+            tuple(answer[kind]["per_minute"].values())
+            for kind in ("kicked", "dropped_again")
         ]
 
     truth = [value for value, _, _ in fed(20_000, 60_000, 1)]
-    kept = [
+    hits = [
         [
             low <= true <= high
             for true, (_, low, high) in zip(truth, fed(100, 300, seed), strict=True)
         ]
         for seed in range(100, 220)
     ]
-    assert np.mean(kept, axis=0) == pytest.approx(
+    assert np.mean(hits, axis=0) == pytest.approx(
         0.9, abs=3.0 * (0.09 / 120) ** 0.5 + 0.01
     )
 
@@ -87,8 +89,8 @@ def test_counted_flips_make_the_matrix_of_a_speed(box, tmp_path):
     file.write_text(
         "speed,from,to,count\nslow,2,0,30\nslow,2,2,10\nfast,0,4,7\nslow,2,0,5\n"
     )
-    asked = *box, "--counts", file, "--flips", 50, "--seed", 1
-    values = answer_json("flips", *asked)["speeds"]
+    request = *box, "--counts", file, "--flips", 50, "--seed", 1
+    values = answer_json("flips", *request)["speeds"]
     part = load_part(box[0], unit="mm")
     slow = np.zeros((6, 6), np.int64)
     slow[2, [0, 2]] = 35, 10
@@ -97,7 +99,7 @@ def test_counted_flips_make_the_matrix_of_a_speed(box, tmp_path):
         for kick in values[0]["radius"] * np.geomspace(0.05, 5.0, 13)
     ]
     expected = learn_flips(kicks, slow, "slow").as_dict()
-    assert [each["feeder_speed"] for each in values] == ["slow", "fast"]
+    assert [value["feeder_speed"] for value in values] == ["slow", "fast"]
     assert all(
         values[0][name] == expected[name]
         for name in (
@@ -108,9 +110,9 @@ def test_counted_flips_make_the_matrix_of_a_speed(box, tmp_path):
             "counts",
         )
     )
-    plan = answer_json("feeding", *asked, "--wanted", 0, "--plate", 0.3, 0.2)
-    assert {each["feeder_speed"] for each in plan["options"]} == {"", "slow", "fast"}
-    assert "45 flips counted at speed slow" in answer("flips", *asked)
+    plan = answer_json("feeding", *request, "--wanted", 0, "--plate", 0.3, 0.2)
+    assert {value["feeder_speed"] for value in plan["options"]} == {"", "slow", "fast"}
+    assert "45 flips counted at speed slow" in answer("flips", *request)
 
 
 @pytest.mark.parametrize(

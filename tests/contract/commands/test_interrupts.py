@@ -31,12 +31,12 @@ class Terminal(io.StringIO):
 
 def interrupted(words, *arguments):
     """Standard output and error of a command that Ctrl-C ends."""
-    out = io.StringIO()
+    printed = io.StringIO()
     terminal = Terminal(words)
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(terminal):
+    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(terminal):
         assert cli.main([str(word) for word in arguments]) == 130
     assert terminal.words is None
-    return out.getvalue(), terminal.getvalue()
+    return printed.getvalue(), terminal.getvalue()
 
 
 @pytest.fixture(scope="module")
@@ -46,10 +46,14 @@ def bar(box):
 
 
 def test_drops_rate_time_left_and_error_are_shown_and_wiped_away(bar):
-    text, shown = bar
-    assert f"of {ENDLESS} drops, " in shown and "/s, " in shown and " points" in shown
-    assert all(len(line) < 80 for line in shown.split("\r"))
-    assert shown.endswith(" \r")
+    text, progress = bar
+    assert (
+        f"of {ENDLESS} drops, " in progress
+        and "/s, " in progress
+        and " points" in progress
+    )
+    assert all(len(line) < 80 for line in progress.split("\r"))
+    assert progress.endswith(" \r")
     assert "\r" not in text and f"of {ENDLESS} drops" in text.splitlines()[-1]
     assert text.splitlines()[-1].startswith("interrupted after ")
 

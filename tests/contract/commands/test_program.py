@@ -22,11 +22,11 @@ def test_the_console_script_refuses_in_one_line(parts):
     script = shutil.which("ros_pose_stats", path=Path(sys.executable).parent)
     if script is None:
         pytest.skip("the package is not installed beside this interpreter")
-    done = subprocess.run(
+    outcome = subprocess.run(
         [script, "estimate", parts / "missing.stl"], capture_output=True, text=True
     )
-    assert (done.returncode, done.stdout) == (2, "")
-    (line,) = complaints(done.stderr)
+    assert (outcome.returncode, outcome.stdout) == (2, "")
+    (line,) = complaints(outcome.stderr)
     assert "missing.stl" in line and "No such file" in line
 
 
@@ -100,14 +100,16 @@ for words in (["bag", {str(write_recorded(parts / "bag"))!r}, "--json"], ["estim
         os._exit(status)
     assert os.wait()[1] == 0
 """
-    done = subprocess.run(
+    outcome = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT
     )
-    assert (done.returncode, complaints(done.stderr)) == (0, [])
-    told = [
-        line.split() for line in done.stdout.splitlines() if line.startswith("loaded: ")
+    assert (outcome.returncode, complaints(outcome.stderr)) == (0, [])
+    loaded_modules = [
+        line.split()
+        for line in outcome.stdout.splitlines()
+        if line.startswith("loaded: ")
     ]
-    return {command: set(modules) for _, command, *modules in told}
+    return {command: set(modules) for _, command, *modules in loaded_modules}
 
 
 @pytest.mark.parametrize(
@@ -193,9 +195,12 @@ def test_a_terminal_that_knows_few_letters_is_no_failure(box, tmp_path):
     part = shutil.copy(box[0], tmp_path / "Gehäuse.stl")
     with contextlib.redirect_stdout(
         io.TextIOWrapper(io.BytesIO(), encoding="ascii")
-    ) as out:
+    ) as stream:
         assert main(["estimate", str(part), "--unit", "mm"]) == 0
-    assert rb"Geh\xe4use" in out.buffer.getvalue() and b"###" in out.buffer.getvalue()
+    assert (
+        rb"Geh\xe4use" in stream.buffer.getvalue()
+        and b"###" in stream.buffer.getvalue()
+    )
 
 
 @pytest.mark.parametrize(
@@ -207,7 +212,7 @@ def test_a_closed_output_is_no_failure(box, closed):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "refusal_words"),
     [
         (["sensitivity", "--wanted", 0, "--checks", -1], "a number of checks from 0"),
         (
@@ -233,11 +238,11 @@ def test_a_closed_output_is_no_failure(box, closed):
     ],
 )
 def test_what_would_be_ignored_or_never_end_is_refused(
-    box, monkeypatch, tmp_path, words, said
+    box, monkeypatch, tmp_path, words, refusal_words
 ):
     monkeypatch.chdir(tmp_path)
     os.mkfifo("pipe.gif")
-    assert said in refusal(words[0], *box, *words[1:])
+    assert refusal_words in refusal(words[0], *box, *words[1:])
 
 
 @pytest.mark.parametrize(
@@ -313,8 +318,8 @@ class TestWanted:
         ],
     )
     def test_commas_spaces_and_ranges(self, box, words):
-        asked = answer_json("sensitivity", *box, "--checks", 0, "--wanted", *words)
-        assert asked["wanted"] == [0, 1, 3]
+        answer = answer_json("sensitivity", *box, "--checks", 0, "--wanted", *words)
+        assert answer["wanted"] == [0, 1, 3]
 
     @pytest.mark.parametrize(
         "text", ["x", "0;1", "0,,1", "", "0,1.5", "nan", "0-", "0-1-2", "0--1"]

@@ -80,9 +80,9 @@ class TestTable:
         first, *lines = table.splitlines()
         assert first.startswith("gains most by estimate: ") and " by drops (" in first
         clear = [
-            one
-            for one in suggested[0]["effects"]
-            if one["change"] > one["error"] * abs(one["step"])
+            effect
+            for effect in suggested[0]["effects"]
+            if effect["change"] > effect["error"] * abs(effect["step"])
         ]
         assert sum("  points per " in line for line in lines) == len(clear) < 9
 
@@ -91,7 +91,7 @@ class TestTable:
     ):
         assert "suggestion within 1 mm: " in table and "the outline moves by" in table
         suggestion = suggested[0]["suggestion"]
-        gains = [one["estimated"] for one in suggestion["steps"]]
+        gains = [step["estimated"] for step in suggestion["steps"]]
         assert 0 < len(gains) <= 3 and min(gains) >= 0.003
         assert sum(gains) == pytest.approx(suggestion["estimate"]["gain"])
 
@@ -102,9 +102,9 @@ class TestTable:
         )
 
     def test_a_single_wanted_pose_is_warned_about_as_an_estimate_does(self, box):
-        asked = "sensitivity", box[0], "--wanted", 2, "--checks", 0
-        text = answer(*asked)
-        warnings = answer_json(*asked)["warnings"]
+        request = "sensitivity", box[0], "--wanted", 2, "--checks", 0
+        text = answer(*request)
+        warnings = answer_json(*request)["warnings"]
         assert "\nbox: wanted pose 2: " in text and "\nreleased 539 mm above a " in text
         assert [line.partition(":")[0] for line in warnings] == [
             "UNIT_GUESSED",

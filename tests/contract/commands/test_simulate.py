@@ -116,17 +116,17 @@ def test_it_is_the_librarys_answer_whatever_the_workers(box):
 
 def test_a_fresh_seed_is_reported_and_repeats_the_run(box):
     first = answer_json("simulate", *box, "--drops", 100)
-    again = answer_json("simulate", *box, "--drops", 100, "--seed", first["seed"])
-    assert first["poses"] == again["poses"]
+    repeated = answer_json("simulate", *box, "--drops", 100, "--seed", first["seed"])
+    assert first["poses"] == repeated["poses"]
     assert answer_json("simulate", *box, "--drops", 100)["seed"] != first["seed"]
 
 
 def test_a_target_ends_the_run_early_or_is_missed_aloud(box):
-    kept = answer_json("simulate", *box, "--target-error", 0.02, "--seed", 1)
+    reached = answer_json("simulate", *box, "--target-error", 0.02, "--seed", 1)
     assert (
-        kept["drops"] < 10_000
-        and kept["expected_error"] <= 0.02
-        and kept["warnings"] == []
+        reached["drops"] < 10_000
+        and reached["expected_error"] <= 0.02
+        and reached["warnings"] == []
     )
     missed = answer_json("simulate", *box, "--drops", 200, "--target-error", 0.001)
     assert missed["drops"] == 200

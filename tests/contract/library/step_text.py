@@ -29,9 +29,9 @@ class StepText:
         return self.add(f"{kind}('',({','.join(f'{x:.15E}' for x in xyz)}))")
 
     def axes(self, *xyz, x=(1.0, 0.0, 0.0), z=(0.0, 0.0, 1.0)):
-        place = self.triple("CARTESIAN_POINT", xyz)
+        point = self.triple("CARTESIAN_POINT", xyz)
         return self.add(
-            f"AXIS2_PLACEMENT_3D('',{place},{self.triple('DIRECTION', z)},"
+            f"AXIS2_PLACEMENT_3D('',{point},{self.triple('DIRECTION', z)},"
             f"{self.triple('DIRECTION', x)})"
         )
 
@@ -50,11 +50,11 @@ class StepText:
         return self.add(f"EDGE_CURVE('',{start},{end},{line},.T.)")
 
     def bound(self, edges, kind):
-        around = ",".join(
+        oriented_edges = ",".join(
             self.add(f"ORIENTED_EDGE('',*,*,{edge},{logical(forward)})")
             for edge, forward in edges
         )
-        loop = self.add(f"EDGE_LOOP('',({around}))")
+        loop = self.add(f"EDGE_LOOP('',({oriented_edges}))")
         return self.add(f"{kind}('',{loop},.T.)")
 
     def face(self, bounds, surface, along=True):
@@ -74,20 +74,20 @@ class StepText:
             low, start = self.circle(x, y, z0, radius)
             high, end = self.circle(x, y, z0 + disc.height, radius)
             seam = self.upright(x + radius, y, z0, start, end)
-            around = [(low, True), (seam, True), (high, False), (seam, False)]
+            edges = [(low, True), (seam, True), (high, False), (seam, False)]
             if not rim:
-                around = [(edge, not forward) for edge, forward in reversed(around)]
+                edges = [(edge, not forward) for edge, forward in reversed(edges)]
             surface = self.add(
                 f"CYLINDRICAL_SURFACE('',{self.axes(x, y, z0)},{radius:.15E})"
             )
             faces.append(
-                self.face([self.bound(around, "FACE_OUTER_BOUND")], surface, rim)
+                self.face([self.bound(edges, "FACE_OUTER_BOUND")], surface, rim)
             )
             kind = "FACE_OUTER_BOUND" if rim else "FACE_BOUND"
             below.append(self.bound([(low, not rim)], kind))
             above.append(self.bound([(high, rim)], kind))
-        for bounds, z, way in ((above, z0 + disc.height, 1.0), (below, z0, -1.0)):
-            plane = self.add(f"PLANE('',{self.axes(x0, y0, z, z=(0.0, 0.0, way))})")
+        for bounds, z, sense in ((above, z0 + disc.height, 1.0), (below, z0, -1.0)):
+            plane = self.add(f"PLANE('',{self.axes(x0, y0, z, z=(0.0, 0.0, sense))})")
             faces.append(self.face(bounds, plane))
         shell = self.add(f"CLOSED_SHELL('',({','.join(faces)}))")
         return self.add(f"MANIFOLD_SOLID_BREP('',{shell})")
@@ -169,9 +169,9 @@ def step_assembly(disc, places):
     """An assembly of the same disc at several places, given as (origin, x axis, z axis)."""
     step = StepText()
     context = step.context("mm")
-    here = step.axes(0.0, 0.0, 0.0)
+    frame = step.axes(0.0, 0.0, 0.0)
     shape = step.add(
-        f"ADVANCED_BREP_SHAPE_REPRESENTATION('',({here},{step.solid(disc)}),{context})"
+        f"ADVANCED_BREP_SHAPE_REPRESENTATION('',({frame},{step.solid(disc)}),{context})"
     )
     part = step.product("disc", shape)
     targets = [step.axes(*origin, x=x, z=z) for origin, x, z in places]
@@ -182,7 +182,7 @@ def step_assembly(disc, places):
             f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('{number}','','',{assembly},{part},$)"
         )
         placed = step.add(f"PRODUCT_DEFINITION_SHAPE('','',{use})")
-        move = step.add(f"ITEM_DEFINED_TRANSFORMATION('','',{here},{target})")
+        move = step.add(f"ITEM_DEFINED_TRANSFORMATION('','',{frame},{target})")
         relation = step.add(
             f"(REPRESENTATION_RELATIONSHIP('','',{shape},{whole})"
             f"REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION({move})"

@@ -29,17 +29,19 @@ def rms(values):
     return math.sqrt(np.mean(np.square(values)))
 
 
-def warned(found, code):
-    return [text for text in found.warnings if text.startswith(f"{code}: ")]
+def warned(statistics, code):
+    return [text for text in statistics.warnings if text.startswith(f"{code}: ")]
 
 
 class TestHybrid:
     def test_its_drops_are_those_of_the_simulation(self, part):
-        found, same = (
+        combined, dropped = (
             method(part, 200, 0.3, 7, workers=1) for method in (hybrid, simulate)
         )
-        assert (found.method, found.choice) == ("hybrid", "")
-        assert by_index(found, "count").tolist() == by_index(same, "count").tolist()
+        assert (combined.method, combined.choice) == ("hybrid", "")
+        assert (
+            by_index(combined, "count").tolist() == by_index(dropped, "count").tolist()
+        )
         for name in (
             "drops",
             "unsettled",
@@ -48,24 +50,27 @@ class TestHybrid:
             "part_digest",
             "restitution",
         ):
-            assert getattr(found, name) == getattr(same, name)
-        assert by_index(found).sum() == pytest.approx(1.0)
-        assert [pose.probability for pose in found.poses] == sorted(
-            by_index(found), reverse=True
+            assert getattr(combined, name) == getattr(dropped, name)
+        assert by_index(combined).sum() == pytest.approx(1.0)
+        assert [pose.probability for pose in combined.poses] == sorted(
+            by_index(combined), reverse=True
         )
 
     def test_it_lies_between_estimate_and_counts_and_is_surer_than_either(self, part):
-        found, counted = (method(part, 100, seed=3) for method in (hybrid, simulate))
+        combined, counted = (method(part, 100, seed=3) for method in (hybrid, simulate))
         guess = estimate(part, "split")
-        assert found.expected_error < min(counted.expected_error, guess.expected_error)
-        assert rms(by_index(found) - by_index(counted)) < rms(
+        assert combined.expected_error < min(
+            counted.expected_error, guess.expected_error
+        )
+        assert rms(by_index(combined) - by_index(counted)) < rms(
             by_index(guess) - by_index(counted)
         )
         widths = [
             np.mean(
-                by_index(one, "probability_high") - by_index(one, "probability_low")
+                by_index(statistics, "probability_high")
+                - by_index(statistics, "probability_low")
             )
-            for one in (found, counted)
+            for statistics in (combined, counted)
         ]
         assert widths[0] < widths[1]
         bounds = [
@@ -77,13 +82,13 @@ class TestHybrid:
     def test_a_target_ends_it_at_the_same_drop_whatever_the_workers(
         self, part, workers
     ):
-        found = hybrid(part, 10_000, seed=1, target_error=0.02, workers=workers)
-        assert 10 < found.drops < simulate(part, seed=1, target_error=0.02).drops
+        combined = hybrid(part, 10_000, seed=1, target_error=0.02, workers=workers)
+        assert 10 < combined.drops < simulate(part, seed=1, target_error=0.02).drops
         assert (
-            by_index(found).tolist()
-            == by_index(hybrid(part, found.drops, seed=1)).tolist()
+            by_index(combined).tolist()
+            == by_index(hybrid(part, combined.drops, seed=1)).tolist()
         )
-        assert not warned(found, "TARGET_MISSED")
+        assert not warned(combined, "TARGET_MISSED")
         assert (
             hybrid(part, seed=1, target_error=0.2).drops == 10
         )  # the first look is early
@@ -94,29 +99,29 @@ class TestHybrid:
 
     def test_progress_is_of_the_hybrid_and_a_stop_is_heeded(self, part):
         heard = []
-        found = hybrid(
+        combined = hybrid(
             part,
             1_000_000,
             seed=1,
             on_progress=heard.append,
             should_stop=lambda: len(heard) > 2,
         )
-        assert 0 < found.drops < 1_000_000
+        assert 0 < combined.drops < 1_000_000
         assert heard[-1].statistics().method == "hybrid"
-        assert heard[-1].expected_error == pytest.approx(found.expected_error)
+        assert heard[-1].expected_error == pytest.approx(combined.expected_error)
 
     def test_poses_of_a_group_share_their_counts(self):
         """Pooling pairs halves the variance; the estimate does the rest."""
         box = part_from_mesh(*shapes.box(0.02, 0.03, 0.04))
-        found = hybrid(box, 300, seed=2)
-        for group in {pose.group for pose in found.poses}:
+        combined = hybrid(box, 300, seed=2)
+        for group in {pose.group for pose in combined.poses}:
             assert (
                 np.ptp(
-                    [pose.probability for pose in found.poses if pose.group == group]
+                    [pose.probability for pose in combined.poses if pose.group == group]
                 )
                 < 1e-12
             )
-        assert found.expected_error < simulate(
+        assert combined.expected_error < simulate(
             box, 300, seed=2
         ).expected_error / math.sqrt(2.0)
         cube = hybrid(part_from_mesh(*shapes.box(0.02, 0.02, 0.02)), 30, seed=1)
@@ -124,22 +129,22 @@ class TestHybrid:
             assert by_index(cube, name) == pytest.approx(1.0 / 6.0, abs=1e-9)
 
     def test_drops_that_contradict_the_estimate_win(self, part, rod_in_a_cube):
-        found, counted = (
+        combined, counted = (
             method(rod_in_a_cube, 2000, seed=1) for method in (hybrid, simulate)
         )
-        assert found.method == "simulation"
+        assert combined.method == "simulation"
         for name in (
             "probability",
             "probability_low",
             "probability_high",
             "standard_error",
         ):
-            assert by_index(found, name).tolist() == by_index(counted, name).tolist()
-        assert (found.expected_error, found.largest_error) == (
+            assert by_index(combined, name).tolist() == by_index(counted, name).tolist()
+        assert (combined.expected_error, combined.largest_error) == (
             counted.expected_error,
             counted.largest_error,
         )
-        (line,) = warned(found, "CONFLICT")
+        (line,) = warned(combined, "CONFLICT")
         worst = np.abs(
             by_index(counted) - by_index(estimate(rod_in_a_cube, "split"))
         ).argmax()
@@ -155,20 +160,28 @@ class TestAuto:
     def test_without_a_target_an_estimate_is_checked_by_the_same_drops_anywhere(
         self, part, restitution
     ):
-        found, same = (
+        checked, with_workers = (
             auto(part, restitution=restitution, workers=workers) for workers in (1, 3)
         )
-        assert (found.method, found.drops, found.seed) == ("hybrid", 200, part.seed)
-        for other in (
-            same,
+        assert (checked.method, checked.drops, checked.seed) == (
+            "hybrid",
+            200,
+            part.seed,
+        )
+        for repeated in (
+            with_workers,
             estimate(part, restitution=restitution),
             hybrid(part, 200, restitution, part.seed),
         ):
-            assert by_index(other).tolist() == by_index(found).tolist()
+            assert by_index(repeated).tolist() == by_index(checked).tolist()
             assert (
-                by_index(other, "count").tolist() == by_index(found, "count").tolist()
+                by_index(repeated, "count").tolist()
+                == by_index(checked, "count").tolist()
             )
-        assert found.choice == same.choice and "so 200 drops check it" in found.choice
+        assert (
+            checked.choice == with_workers.choice
+            and "so 200 drops check it" in checked.choice
+        )
         assert auto(part, drops=60, seed=4).drops == 60
 
     def test_a_part_that_takes_long_to_calm_down_is_dropped_less_often(self):
@@ -179,9 +192,12 @@ class TestAuto:
                 np.vstack([np.insert(rim, 2, level, axis=1) for level in (0.0, 0.05)])
             )
         )
-        found, same = (auto(oval, workers=workers) for workers in (1, 3))
-        assert 50 <= found.drops == same.drops < 200
-        assert by_index(found, "count").tolist() == by_index(same, "count").tolist()
+        checked, with_workers = (auto(oval, workers=workers) for workers in (1, 3))
+        assert 50 <= checked.drops == with_workers.drops < 200
+        assert (
+            by_index(checked, "count").tolist()
+            == by_index(with_workers, "count").tolist()
+        )
         solid = auto(part_from_mesh(*shapes.tetrahedron()))  # symmetry alone
         assert (solid.method, solid.drops) == (
             "split",
@@ -197,52 +213,56 @@ class TestAuto:
 
     @pytest.mark.parametrize("scene", [{"restitution": 0.9999}, {"drop_height": 1e4}])
     def test_where_drops_hardly_end_the_estimate_stands_alone(self, part, scene):
-        found = auto(part, **scene)
-        assert found.drops == 0 and "hardly end" in found.choice
+        statistics = auto(part, **scene)
+        assert statistics.drops == 0 and "hardly end" in statistics.choice
         assert (
-            by_index(found).tolist()
+            by_index(statistics).tolist()
             == by_index(estimate(part, "split", **scene)).tolist()
         )
 
     def test_an_estimate_that_is_sure_enough_answers_alone(self, part):
-        found = auto(part, 0.2)
-        assert (found.method, found.drops) == ("split", 0)
-        assert "with 90 % confidence" in found.choice
+        statistics = auto(part, 0.2)
+        assert (statistics.method, statistics.drops) == ("split", 0)
+        assert "with 90 % confidence" in statistics.choice
         solid = auto(part_from_mesh(*shapes.tetrahedron()), 0.001)  # symmetry alone
         assert solid.drops == 0 and by_index(solid) == pytest.approx(0.25)
-        low = auto(part, 0.2, drop_height=1.5 * found.radius)
+        low = auto(part, 0.2, drop_height=1.5 * statistics.radius)
         assert (low.method, low.drops) == ("split", 0)
 
     @pytest.mark.parametrize("workers", [1, 3])
     def test_else_drops_are_added_up_to_the_bound(self, part, workers):
-        found = auto(part, 0.015, seed=1, workers=workers)
-        assert found.method == "hybrid" and found.expected_error < 0.015
-        assert found.warnings == estimate(part).warnings
-        assert f"so {found.drops} drops were added." in found.choice
+        statistics = auto(part, 0.015, seed=1, workers=workers)
+        assert statistics.method == "hybrid" and statistics.expected_error < 0.015
+        assert statistics.warnings == estimate(part).warnings
+        assert f"so {statistics.drops} drops were added." in statistics.choice
         assert (
-            by_index(found).tolist()
-            == by_index(hybrid(part, found.drops, seed=1)).tolist()
+            by_index(statistics).tolist()
+            == by_index(hybrid(part, statistics.drops, seed=1)).tolist()
         )
 
     def test_an_estimate_worth_next_to_nothing_is_left_out(self, part):
-        found = auto(part, 0.001, drops=300, seed=1)
-        assert (found.method, found.drops) == ("simulation", 300)
-        assert "worth too few drops" in found.choice
+        statistics = auto(part, 0.001, drops=300, seed=1)
+        assert (statistics.method, statistics.drops) == ("simulation", 300)
+        assert "worth too few drops" in statistics.choice
         assert (
-            by_index(found).tolist() == by_index(simulate(part, 300, seed=1)).tolist()
+            by_index(statistics).tolist()
+            == by_index(simulate(part, 300, seed=1)).tolist()
         )
 
     def test_a_conflict_is_told_and_the_target_kept_by_the_drops(self, rod_in_a_cube):
-        found = auto(rod_in_a_cube, 0.006, seed=1)
+        statistics = auto(rod_in_a_cube, 0.006, seed=1)
         assert (
-            found.method == "simulation" and "drops contradict it; so " in found.choice
+            statistics.method == "simulation"
+            and "drops contradict it; so " in statistics.choice
         )
-        assert warned(found, "CONFLICT") and not warned(found, "TARGET_MISSED")
-        assert found.expected_error < 0.006
+        assert warned(statistics, "CONFLICT") and not warned(
+            statistics, "TARGET_MISSED"
+        )
+        assert statistics.expected_error < 0.006
 
     def test_bounds_end_it_and_are_told(self, part):
-        found = auto(part, 0.001, drops=60, seed=1)
-        assert found.drops == 60 and warned(found, "TARGET_MISSED")
+        statistics = auto(part, 0.001, drops=60, seed=1)
+        assert statistics.drops == 60 and warned(statistics, "TARGET_MISSED")
         assert warned(auto(part, 0.0005, seed=1, max_seconds=1e-6), "TIME_LIMIT")
         assert not warned(
             auto(part, 0.0005, seed=1, should_stop=lambda: True), "TIME_LIMIT"

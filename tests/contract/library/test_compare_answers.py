@@ -36,57 +36,60 @@ def dice():
     ]
 
 
-def timeless(found):
-    values = found.as_dict()
+def timeless(comparison):
+    values = comparison.as_dict()
     variants = [{**variant, "seconds": None} for variant in values["variants"]]
     return {**values, "seconds": None, "variants": variants}
 
 
 def test_the_same_request_has_the_same_answer_whatever_the_workers(pair):
-    one, other = (
+    first, second = (
         compare(pair, drops=600, seed=9, workers=workers) for workers in (1, 3)
     )
-    assert timeless(one) == timeless(other)
+    assert timeless(first) == timeless(second)
 
 
 def test_the_first_variant_is_dropped_as_by_itself_and_all_from_its_height(pair):
     larger = part_from_mesh(*moved(clamp_hull(), scale=1.5e-3))
-    found = compare([*pair, larger], drops=500, seed=4)
-    alone = simulate(pair[0], found.drops, seed=4)
-    assert [pose.count for pose in found.found[0].poses] == [
-        pose.count for pose in alone.poses
+    comparison = compare([*pair, larger], drops=500, seed=4)
+    alone_ = simulate(pair[0], comparison.drops, seed=4)
+    assert [pose.count for pose in comparison.found[0].poses] == [
+        pose.count for pose in alone_.poses
     ]
-    assert found.found[0].expected_error == alone.expected_error
-    assert {variant.drop_height for variant in found.found} == {alone.drop_height}
+    assert comparison.found[0].expected_error == alone_.expected_error
+    assert {variant.drop_height for variant in comparison.found} == {alone_.drop_height}
 
 
 def test_a_part_against_itself_differs_in_nothing(pair):
-    (beside,) = compare([pair[0], pair[0]], drops=200, seed=2).variants
-    for pose in beside.poses:
+    (variant,) = compare([pair[0], pair[0]], drops=200, seed=2).variants
+    for pose in variant.poses:
         difference = pose.share.difference
         assert (difference.value, difference.standard_error) == (0.0, 0.0)
-    assert (beside.in_model, beside.on_plate) == ("none shown", "none shown")
+    assert (variant.in_model, variant.on_plate) == ("none shown", "none shown")
 
 
 def test_drops_in_common_know_a_small_difference_better_than_two_runs():
     part = part_from_mesh(*random_polyhedron(9, 11))
-    (beside,) = compare(
+    (variant,) = compare(
         [part, shift_center(part, (1e-4, 0.0, 0.0))],
         drops=2000,
         seed=6,
         restitution=0.1,
     ).variants
     share = max(
-        (pose.share for pose in beside.poses), key=lambda share: share.first.value
+        (pose.share for pose in variant.poses), key=lambda share: share.first.value
     )
     p = share.first.value
-    apart = math.sqrt(2.0 * p * (1.0 - p) / 2000)
-    assert share.difference.standard_error < 0.7 * apart
+    separate_error = math.sqrt(2.0 * p * (1.0 - p) / 2000)
+    assert share.difference.standard_error < 0.7 * separate_error
 
 
 def test_it_ends_early_where_the_verdict_is_settled():
-    found = compare([clamp(), clamp(1.0, 1.0, 1.5)], seed=1)
-    assert found.drops < 5000 and found.variants[0].in_model == "difference shown"
+    comparison = compare([clamp(), clamp(1.0, 1.0, 1.5)], seed=1)
+    assert (
+        comparison.drops < 5000
+        and comparison.variants[0].in_model == "difference shown"
+    )
 
 
 def test_a_wanted_pose_without_a_partner_is_never_accepted(pair):
@@ -116,33 +119,37 @@ def test_a_low_release_is_said_of_those_that_it_touches():
     flat, high = (
         part_from_mesh(*shapes.box(0.008, 0.01, height)) for height in (0.006, 0.02)
     )
-    found = compare([flat, high], drops=100, seed=4, drop_height=0.006)
-    for part, variant in zip((flat, high), found.found, strict=True):
-        alone = simulate(part, 100, seed=4, drop_height=0.006)
+    comparison = compare([flat, high], drops=100, seed=4, drop_height=0.006)
+    for part, variant in zip((flat, high), comparison.found, strict=True):
+        statistics = simulate(part, 100, seed=4, drop_height=0.006)
         assert [line for line in variant.warnings if "TOUCHING" in line] == [
-            line for line in alone.warnings if "TOUCHING" in line
+            line for line in statistics.warnings if "TOUCHING" in line
         ]
-    assert any("RELEASED_TOUCHING" in line for line in found.found[1].warnings)
+    assert any("RELEASED_TOUCHING" in line for line in comparison.found[1].warnings)
 
 
 class TestStops:
     def test_what_was_done_is_told(self, dice):
         calls = []
-        found = compare(
+        comparison = compare(
             dice,
             drops=4000,
             seed=1,
             workers=1,
-            on_progress=lambda done, most: calls.append((done, most)),
+            on_progress=lambda drops_done, most: calls.append((drops_done, most)),
             should_stop=lambda: bool(calls) and calls[-1][0] > 3200,
         )
-        assert 0 < found.drops < 4000 and calls[-1][1] == 16_000
-        assert [done for done, _ in calls] == sorted(done for done, _ in calls)
+        assert 0 < comparison.drops < 4000 and calls[-1][1] == 16_000
+        assert [drops_done for drops_done, _ in calls] == sorted(
+            drops_done for drops_done, _ in calls
+        )
 
     def test_before_the_first_drop(self, dice):
-        found = compare(dice, wanted=[0], seed=1, should_stop=lambda: True)
-        assert found.drops == 0 and found.variants[0].in_model == "none shown"
-        json.dumps([found.as_dict(), found.variants[0].as_dict()], allow_nan=False)
+        comparison = compare(dice, wanted=[0], seed=1, should_stop=lambda: True)
+        assert comparison.drops == 0 and comparison.variants[0].in_model == "none shown"
+        json.dumps(
+            [comparison.as_dict(), comparison.variants[0].as_dict()], allow_nan=False
+        )
 
 
 @pytest.mark.parametrize(
@@ -162,9 +169,9 @@ def test_refusals(pair, count, options, words):
 
 
 def test_poses_keep_the_indices_of_their_parts(pair):
-    (beside,) = compare(pair, drops=20, seed=1).variants
+    (variant,) = compare(pair, drops=20, seed=1).variants
     for part, side in zip(pair, ("first", "second"), strict=True):
         indices = [
-            index for pose in beside.poses for index in getattr(pose.poses, side)
+            index for pose in variant.poses for index in getattr(pose.poses, side)
         ]
         assert sorted(indices) == [pose.index for pose in resting_poses(part).poses]

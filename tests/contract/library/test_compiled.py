@@ -34,15 +34,15 @@ sys.exit(len(refused))
 
 def started(*arguments, **environment):
     """A command in a process of its own."""
-    done = subprocess.run(
+    outcome = subprocess.run(
         [sys.executable, "-m", "ros_pose_stats", *map(str, arguments)],
         cwd=ROOT,
         capture_output=True,
         text=True,
         env=os.environ | environment,
     )
-    assert done.returncode == 0, done.stderr
-    return done
+    assert outcome.returncode == 0, outcome.stderr
+    return outcome
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +68,7 @@ def test_after_compile_no_command_compiles(clamp, store, tmp_path):
     def kept():
         return {file: file.stat().st_mtime_ns for file in store.rglob("*")}
 
-    before = kept()
+    kernels = kept()
     for name, *options in (
         ["estimate", "--method", "all"],
         ["estimate", "--target-error", "0.02"],
@@ -77,34 +77,38 @@ def test_after_compile_no_command_compiles(clamp, store, tmp_path):
         ["report", "--output", tmp_path / "page.html"],
         ["animate", "--output", tmp_path / "drop.gif"],
     ):
-        done = started(name, clamp, "--unit", "mm", *options, **cache)
-        assert "compiling" not in done.stdout + done.stderr
-    assert kept() == before
+        outcome = started(name, clamp, "--unit", "mm", *options, **cache)
+        assert "compiling" not in outcome.stdout + outcome.stderr
+    assert kept() == kernels
 
 
 def test_damaged_kernels_cost_time_only(clamp, store):
     """Cut short or altered by a bit, as by a power cut."""
-    asked = "estimate", clamp, "--unit", "mm", "--method", "csae", "--json"
+    request = "estimate", clamp, "--unit", "mm", "--method", "csae", "--json"
     cache = {"NUMBA_CACHE_DIR": str(store)}
-    sound = started(*asked, **cache).stdout
+    sound = started(*request, **cache).stdout
     for number, file in enumerate(sorted(store.rglob("*.code"))):
         data = file.read_bytes()
         file.write_bytes(data[:40] if number % 2 else data[:-1] + bytes([data[-1] ^ 1]))
-    damaged = started(*asked, **cache)
+    damaged = started(*request, **cache)
     assert damaged.stdout.partition('"seconds"')[0] == sound.partition('"seconds"')[0]
     assert "cannot be read" in damaged.stderr
-    assert "cannot be read" not in started(*asked, **cache).stderr
+    assert "cannot be read" not in started(*request, **cache).stderr
 
 
 def test_where_nothing_can_be_kept_a_command_answers_all_the_same(clamp, tmp_path):
     (tmp_path / "file").write_text("in the way")
-    way = str(tmp_path / "file" / "cache")
-    asked = "estimate", clamp, "--unit", "mm", "--method", "csae", "--json"
-    with_cache = started(*asked).stdout
-    without = started(
-        *asked, NUMBA_CACHE_DIR=way, XDG_CACHE_HOME=way, HOME=way, TMPDIR=str(tmp_path)
+    cache = str(tmp_path / "file" / "cache")
+    request = "estimate", clamp, "--unit", "mm", "--method", "csae", "--json"
+    with_cache = started(*request).stdout
+    uncached = started(
+        *request,
+        NUMBA_CACHE_DIR=cache,
+        XDG_CACHE_HOME=cache,
+        HOME=cache,
+        TMPDIR=str(tmp_path),
     ).stdout
-    assert without.partition('"seconds"')[0] == with_cache.partition('"seconds"')[0]
+    assert uncached.partition('"seconds"')[0] == with_cache.partition('"seconds"')[0]
 
 
 def test_threads_may_make_the_first_call_together():

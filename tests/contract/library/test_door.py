@@ -89,12 +89,12 @@ def test_a_far_vertex_of_no_triangle_does_not_roughen_the_part():
         5e-5  # bends faces by less than what rounding at the far vertex would excuse
     )
     vertices, triangles = shapes.hull_mesh(corners)
-    alone, beside = (
+    plain, with_vertex = (
         resting_poses(part_from_mesh(points, triangles), 0.0).poses
         for points in (vertices, np.vstack((vertices, np.full(3, 1e12))))
     )
-    assert [pose.down.tolist() for pose in alone] == [
-        pose.down.tolist() for pose in beside
+    assert [pose.down.tolist() for pose in plain] == [
+        pose.down.tolist() for pose in with_vertex
     ]
 
 

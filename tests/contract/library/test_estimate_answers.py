@@ -19,46 +19,57 @@ def polyhedron():
     return part_from_mesh(*random_polyhedron(9, 2))
 
 
-def field(found, name):
-    return np.array([getattr(pose, name) for pose in found.poses])
+def field(statistics, name):
+    return np.array([getattr(pose, name) for pose in statistics.poses])
 
 
 class TestMethods:
     def test_all_of_them_in_the_order_of_the_contract(self, polyhedron):
         answers = estimate_all(polyhedron, restitution=0.3)
-        assert tuple(found.method for found in answers) == METHODS
-        for found in answers:
-            alone = estimate(polyhedron, found.method, restitution=0.3)
+        assert tuple(statistics.method for statistics in answers) == METHODS
+        for statistics in answers:
+            single = estimate(polyhedron, statistics.method, restitution=0.3)
             assert (
-                field(found, "probability").tolist()
-                == field(alone, "probability").tolist()
+                field(statistics, "probability").tolist()
+                == field(single, "probability").tolist()
             )
-            assert found.expected_error == alone.expected_error > 0.0
-            assert (found.drops, found.plate_error, found.choice) == (0, 0.05, "")
-            assert found.part_digest == polyhedron.digest
+            assert statistics.expected_error == single.expected_error > 0.0
+            assert (statistics.drops, statistics.plate_error, statistics.choice) == (
+                0,
+                0.05,
+                "",
+            )
+            assert statistics.part_digest == polyhedron.digest
 
     def test_the_default_is_the_best_and_says_so(self, polyhedron):
-        found = estimate(polyhedron)
-        same = estimate(polyhedron, "auto")
-        assert found.method == same.method == auto(polyhedron).method == "hybrid"
-        assert found.choice == same.choice and "no target error" in found.choice
+        statistics = estimate(polyhedron)
+        automatic = estimate(polyhedron, "auto")
+        assert (
+            statistics.method == automatic.method == auto(polyhedron).method == "hybrid"
+        )
+        assert (
+            statistics.choice == automatic.choice
+            and "no target error" in statistics.choice
+        )
 
     def test_they_show_themselves_as_a_table(self, polyhedron, monkeypatch):
-        found = estimate(polyhedron, "split")
-        assert [int(index) for index in re.findall(r"(?m)^ +(\d+) ", str(found))] == [
-            pose.index for pose in found.poses
-        ]
-        assert found._repr_html_() == f"<pre>{found}</pre>"
-        assert found.by_index == {pose.index: pose for pose in found.poses}
+        statistics = estimate(polyhedron, "split")
+        assert [
+            int(index) for index in re.findall(r"(?m)^ +(\d+) ", str(statistics))
+        ] == [pose.index for pose in statistics.poses]
+        assert statistics._repr_html_() == f"<pre>{statistics}</pre>"
+        assert statistics.by_index == {pose.index: pose for pose in statistics.poses}
         monkeypatch.setitem(sys.modules, "pandas", None)
-        assert "expected pandas" in refusal_of(found.to_frame)
+        assert "expected pandas" in refusal_of(statistics.to_frame)
 
     def test_those_that_ignore_the_drop_height_have_none(self, polyhedron):
         height = 30.0 * estimate(polyhedron).radius
-        for found in estimate_all(polyhedron, restitution=0.3, drop_height=height):
-            assert found.restitution == 0.3
-            assert found.drop_height == height or math.isnan(found.drop_height)
-            assert (found.method == "split") == (found.drop_height == height)
+        for statistics in estimate_all(polyhedron, restitution=0.3, drop_height=height):
+            assert statistics.restitution == 0.3
+            assert statistics.drop_height == height or math.isnan(
+                statistics.drop_height
+            )
+            assert (statistics.method == "split") == (statistics.drop_height == height)
 
     def test_one_that_is_none_is_answered_with_all_of_them(self, polyhedron):
         assert ", ".join((*METHODS, "auto")) in refusal_of(
@@ -70,13 +81,13 @@ class TestErrors:
     @pytest.mark.parametrize("method", METHODS)
     def test_the_errors_of_the_poses_are_the_expected_one(self, polyhedron, method):
         """Intervals are a common multiple of them, cut off at 0 and 1; one bound holds all."""
-        found = estimate(polyhedron, method, cluster_tolerance=0.0)
-        p = field(found, "probability")
-        errors = field(found, "standard_error")
-        low = field(found, "probability_low")
-        high = field(found, "probability_high")
+        statistics = estimate(polyhedron, method, cluster_tolerance=0.0)
+        p = field(statistics, "probability")
+        errors = field(statistics, "standard_error")
+        low = field(statistics, "probability_low")
+        high = field(statistics, "probability_high")
         assert math.sqrt(np.mean(errors**2)) == pytest.approx(
-            found.expected_error, rel=1e-12
+            statistics.expected_error, rel=1e-12
         )
         assert (
             (low >= 0.0).all()
@@ -89,24 +100,24 @@ class TestErrors:
         )
         assert reach == pytest.approx(reach[0], rel=1e-9) and 1.0 < reach[0] < 1.7
         widest = reach[0] * errors.max()
-        assert widest <= found.largest_error * 1.001 <= 3.0 * widest
+        assert widest <= statistics.largest_error * 1.001 <= 3.0 * widest
 
     @pytest.mark.parametrize("round_sides", [0, 192])
     def test_poses_that_symmetry_makes_alike_are_equally_probable(self, round_sides):
         """Of a coin, whose rim is poured into either face by a tie."""
         coin = part_from_mesh(*shapes.prism(64, 0.01, 0.001))
-        for found in estimate_all(coin, round_sides=round_sides):
+        for statistics in estimate_all(coin, round_sides=round_sides):
             probability = {}
-            for pose in found.poses:
+            for pose in statistics.poses:
                 probability.setdefault(pose.group, []).append(pose.probability)
             assert all(len(set(alike)) == 1 for alike in probability.values()), (
-                found.method
+                statistics.method
             )
 
     def test_poses_that_symmetry_makes_alike_share_an_error(self):
-        found = estimate(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)))
+        statistics = estimate(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)))
         for group in range(3):
-            alike = [pose for pose in found.poses if pose.group == group]
+            alike = [pose for pose in statistics.poses if pose.group == group]
             assert len(alike) == 2 and len({pose.standard_error for pose in alike}) == 1
 
     def test_they_grow_beyond_what_was_measured(self, polyhedron):
@@ -127,8 +138,10 @@ class TestErrors:
     def test_an_estimate_that_is_certain_expects_an_error_where_others_are_not(self):
         """PQSE gives nothing to the ends of a bar, `split` two hundredths to each."""
         bar = part_from_mesh(*shapes.box(1.0, 1.0, 2.0))
-        certain, other = (estimate(bar, method) for method in ("pqse", "split"))
-        end = min(pose.probability for pose in other.poses if abs(pose.down[2]) > 0.5)
+        certain, doubtful = (estimate(bar, method) for method in ("pqse", "split"))
+        end = min(
+            pose.probability for pose in doubtful.poses if abs(pose.down[2]) > 0.5
+        )
         assert all(
             pose.probability < 1e-9 for pose in certain.poses if abs(pose.down[2]) > 0.5
         )
@@ -151,17 +164,17 @@ class TestDoubts:
     def test_a_round_part_with_its_weight_beside_the_axis(self):
         """It rolls for long; the error grows with the way, and a tenth of a hair is none."""
         disc = part_from_mesh(*shapes.cylinder(192, 40e-3, 10e-3))
-        found = [
-            estimate(shift_center(disc, (beside, 0.0, 0.0)), "split")
-            for beside in (0.0, 1e-6, 1e-3, 4e-3)
+        answers = [
+            estimate(shift_center(disc, (offset, 0.0, 0.0)), "split")
+            for offset in (0.0, 1e-6, 1e-3, 4e-3)
         ]
-        assert ["OUTSIDE_FIT" in codes(one) for one in found] == [
+        assert ["OUTSIDE_FIT" in codes(statistics) for statistics in answers] == [
             False,
             False,
             True,
             True,
         ]
-        errors = [one.expected_error for one in found]
+        errors = [statistics.expected_error for statistics in answers]
         assert errors[1] == pytest.approx(errors[0], rel=0.6)
         assert errors[1] < errors[2] < errors[3]
 
@@ -171,5 +184,5 @@ class TestDoubts:
         weights = np.random.default_rng(151).dirichlet(np.ones(5))
         slender = part_from_mesh(*surface, center_of_mass=weights @ surface[0])
         for part, doubted in ((slender, True), (polyhedron, False)):
-            found = estimate(part, "csae", cluster_tolerance=0.0)
-            assert ("METHODS_DISAGREE" in codes(found)) == doubted
+            statistics = estimate(part, "csae", cluster_tolerance=0.0)
+            assert ("METHODS_DISAGREE" in codes(statistics)) == doubted

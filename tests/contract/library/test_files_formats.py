@@ -120,7 +120,7 @@ def test_components_in_components_are_all_in_their_places(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("objects", "said"),
+    ("objects", "words"),
     [
         (
             {k + 2: placed(k + 1) * 1000 for k in range(5)},
@@ -134,17 +134,19 @@ def test_components_in_components_are_all_in_their_places(tmp_path):
         pytest.param({2: placed(3)}, "none with id '3'", marks=pytest.mark.long),
     ],
 )
-def test_a_small_file_that_stands_for_far_too_much_is_refused(tmp_path, objects, said):
-    assert said in refused(model_of(tmp_path, objects, max(objects)))
+def test_a_small_file_that_stands_for_far_too_much_is_refused(tmp_path, objects, words):
+    assert words in refused(model_of(tmp_path, objects, max(objects)))
 
 
 def test_an_ascii_stl_of_several_solids_is_one_part_and_none_of_them_may_be_cut(
     tmp_path, block
 ):
-    other = block.copy()
+    moved_block = block.copy()
     path = tmp_path / "two.stl"
-    other.apply_translation((100, 0, 0))
-    first, second = (mesh.export(file_type="stl_ascii") for mesh in (block, other))
+    moved_block.apply_translation((100, 0, 0))
+    first, second = (
+        mesh.export(file_type="stl_ascii") for mesh in (block, moved_block)
+    )
     path.write_text(first + "\n" + second)
     assert len(load_part(path, "mm").triangles) == 24
     path.write_text(first + "\n" + second[: len(second) // 2])
@@ -169,11 +171,11 @@ def test_obj_materials_and_polygons_neither_split_nor_reorder(tmp_path):
 
 def test_obj_faces_that_count_back_do_so_from_their_own_line(tmp_path, block):
     """Two objects, whose second numbers are those of the first, and end in texture corners."""
-    there = block.copy()
+    moved = block.copy()
     back = []
     path = tmp_path / "two.obj"
-    there.apply_translation((100.0, 0.0, 0.0))
-    for mesh in (block, there):
+    moved.apply_translation((100.0, 0.0, 0.0))
+    for mesh in (block, moved):
         back += [f"v {x} {y} {z}" for x, y, z in mesh.vertices]
         back += [
             "f " + " ".join(f"{corner - 8}/1" for corner in face) for face in mesh.faces

@@ -74,9 +74,11 @@ def test_every_circle_has_96_sides_whatever_its_radius(tmp_path):
     )  # coordinates are float32
     corners = part.surface_vertices * 1e3
     for center, radius in ((0.0, 40.0), (20.0, 12.0), (-20.0, 0.02)):
-        around = corners[np.abs(corners[:, 2]) < 1e-6] - (center, 0.0, 0.0)
-        on = np.abs(np.hypot(around[:, 0], around[:, 1]) / radius - 1.0) < 1e-3
-        directions = np.sort(np.degrees(np.arctan2(around[on, 1], around[on, 0])))
+        circle = corners[np.abs(corners[:, 2]) < 1e-6] - (center, 0.0, 0.0)
+        on_circle = np.abs(np.hypot(circle[:, 0], circle[:, 1]) / radius - 1.0) < 1e-3
+        directions = np.sort(
+            np.degrees(np.arctan2(circle[on_circle, 1], circle[on_circle, 0]))
+        )
         assert len(directions) == 96
         assert np.diff(directions) == pytest.approx(360.0 / 96, abs=0.02)
     # A regular polygon of 96 sides is that much smaller than its circle.

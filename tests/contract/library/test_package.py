@@ -78,57 +78,70 @@ class TestNames:
 def test_the_examples_of_the_contract(tmp_path):
     file = write_stl(tmp_path / "clamp.stl", shapes.box(20.0, 30.0, 40.0))
     part = load_part(file, unit="mm")
-    found = estimate(
+    statistics = estimate(
         part,
         method="combined",
         restitution=0.3,
         drop_height=0.5,
         cluster_tolerance=0.01,
     )
-    assert 0.0 < found.poses[0].probability < 1.0
-    assert isinstance(found.poses[0].down, np.ndarray)
+    assert 0.0 < statistics.poses[0].probability < 1.0
+    assert isinstance(statistics.poses[0].down, np.ndarray)
     counted = simulate(
         part, drops=100, restitution=0.5, seed=7, workers=2, cluster_tolerance=0.01
     )
     assert counted.poses[0].count >= counted.poses[-1].count
-    given = part_from_mesh(
+    part_with_mass = part_from_mesh(
         *BOX,
         center_of_mass=(0.001, 0.0, 0.0),
         mass=0.2,
         inertia=np.diag((2e-5, 2e-5, 2e-5)),
     )
-    assert (given.center_of_mass.tolist(), given.mass) == ([0.001, 0.0, 0.0], 0.2)
+    assert (part_with_mass.center_of_mass.tolist(), part_with_mass.mass) == (
+        [0.001, 0.0, 0.0],
+        0.2,
+    )
 
 
 def test_defaults_are_those_of_the_contract(part):
-    for found in (estimate(part), simulate(part, 20, seed=1)):
-        assert (found.restitution, found.cluster_tolerance, found.round_sides) == (
+    for statistics in (estimate(part), simulate(part, 20, seed=1)):
+        assert (
+            statistics.restitution,
+            statistics.cluster_tolerance,
+            statistics.round_sides,
+        ) == (
             0.5,
             0.0025,
             192,
         )
-        assert found.drop_height == pytest.approx(20.0 * RADIUS)
-        assert (found.plate_error, found.unsettled, found.warnings) == (0.05, 0, ())
-        assert found.version == ros_pose_stats.__version__
-        assert found.part_digest == part.digest and found.seconds > 0.0
+        assert statistics.drop_height == pytest.approx(20.0 * RADIUS)
+        assert (statistics.plate_error, statistics.unsettled, statistics.warnings) == (
+            0.05,
+            0,
+            (),
+        )
+        assert statistics.version == ros_pose_stats.__version__
+        assert statistics.part_digest == part.digest and statistics.seconds > 0.0
 
 
 class TestScene:
     @pytest.mark.parametrize("method", ["area", "csae", "adre", "pqse", "combined"])
     def test_methods_ignore_what_they_are_blind_to(self, part, method):
         plain = estimate(part, method)
-        other = estimate(part, method, restitution=0.9, drop_height=3.0)
-        assert [pose.probability for pose in other.poses] == [
+        otherwise = estimate(part, method, restitution=0.9, drop_height=3.0)
+        assert [pose.probability for pose in otherwise.poses] == [
             pose.probability for pose in plain.poses
         ]
-        assert math.isnan(other.drop_height)
+        assert math.isnan(otherwise.drop_height)
 
     @pytest.mark.parametrize("radii", [1e-6, 1.0, 4.99, 5.0, 20.0])
     def test_those_blind_to_the_height_warn_below_five_radii(self, part, radii):
-        for found in estimate_all(part, drop_height=radii * estimate(part).radius):
-            warned = "LOW_DROP" in codes(found)
-            assert warned == (radii < 5.0 and found.method != "split"), found.method
-            assert found.as_dict()["warnings"] == list(found.warnings)
+        for statistics in estimate_all(part, drop_height=radii * estimate(part).radius):
+            warned = "LOW_DROP" in codes(statistics)
+            assert warned == (radii < 5.0 and statistics.method != "split"), (
+                statistics.method
+            )
+            assert statistics.as_dict()["warnings"] == list(statistics.warnings)
 
     def test_the_one_that_knows_it_expects_a_larger_error_of_a_low_drop(self, part):
         low, high = (
@@ -146,8 +159,8 @@ class TestRefusals:
             estimate(part, restitution=1.0)
         error = refusal.value
         assert isinstance(error, ValueError)
-        again = pickle.loads(pickle.dumps(error))
-        assert (type(again), str(again)) == (type(error), str(error))
+        copy = pickle.loads(pickle.dumps(error))
+        assert (type(copy), str(copy)) == (type(error), str(error))
 
     @pytest.mark.parametrize(
         "options",
@@ -193,10 +206,10 @@ class TestRefusals:
     ids=["deepcopy", "pickle"],
 )
 def test_a_copy_of_a_part_is_as_read_only_and_answers_alike(part, copied):
-    other = copied(part)
-    assert other.digest == part.digest
+    duplicate = copied(part)
+    assert duplicate.digest == part.digest
     with pytest.raises(ValueError, match="read-only"):
-        other.vertices[0] = 0.0
-    assert [pose.probability for pose in estimate(other, METHODS[0]).poses] == [
+        duplicate.vertices[0] = 0.0
+    assert [pose.probability for pose in estimate(duplicate, METHODS[0]).poses] == [
         pose.probability for pose in estimate(part, METHODS[0]).poses
     ]

@@ -52,7 +52,7 @@ def test_only_vertices_of_triangles_count():
 
 
 @pytest.mark.parametrize(
-    ("given", "mass", "tensor"),
+    ("properties", "mass", "tensor"),
     [
         ({}, 1.0, UNIFORM),
         ({"center_of_mass": [0.2, 0.1, 0.0]}, 1.0, UNIFORM),
@@ -76,14 +76,14 @@ def test_only_vertices_of_triangles_count():
         ({"density": 1000.0, "inertia": EYE}, 6000.0, EYE),
     ],
 )
-def test_the_rules_for_given_mass_properties(given, mass, tensor):
-    part = part_from_mesh(*BOX, **given)
+def test_the_rules_for_given_mass_properties(properties, mass, tensor):
+    part = part_from_mesh(*BOX, **properties)
     assert part.mass == pytest.approx(mass, rel=1e-14)
     assert part.inertia == pytest.approx(
         np.array(tensor, float), rel=1e-13, abs=1e-15 * mass
     )
     assert part.center_of_mass == pytest.approx(
-        given.get("center_of_mass", [0.0] * 3), abs=1e-16
+        properties.get("center_of_mass", [0.0] * 3), abs=1e-16
     )
 
 
@@ -99,22 +99,22 @@ def test_a_density_is_of_what_the_surface_encloses():
             vertices, triangles, unit="mm", density=1000
         ).mass == pytest.approx(litres)
     loose = np.random.default_rng(3).uniform(size=(90, 3))
-    told = refused(loose, np.arange(90).reshape(-1, 3), density=1000)
-    assert "volume is not known" in told and "give the mass instead" in told
+    refusal = refused(loose, np.arange(90).reshape(-1, 3), density=1000)
+    assert "volume is not known" in refusal and "give the mass instead" in refusal
 
 
 def test_the_command_has_mass_and_density_too(tmp_path):
     path = tmp_path / "block.stl"
     trimesh.creation.box((20.0, 30.0, 40.0)).export(path)
-    asked = "estimate", path, "--unit", "mm", "--method", "area"
+    request = "estimate", path, "--unit", "mm", "--method", "area"
     for option, value in (("mass", 0.024), ("density", 1000.0)):
         digest = load_part(path, "mm", **{option: value}).digest
-        assert answer_json(*asked, f"--{option}", value)["part_digest"] == digest
+        assert answer_json(*request, f"--{option}", value)["part_digest"] == digest
     assert "not allowed with argument" in refusal(
-        *asked, "--mass", 1, "--density", 1000
+        *request, "--mass", 1, "--density", 1000
     )
-    assert "got 7.85 kg/m³; 1 g/cm³ is 1000" in refusal(*asked, "--density", 7.85)
-    assert "above 0 kg" in refusal(*asked, "--mass", -1)
+    assert "got 7.85 kg/m³; 1 g/cm³ is 1000" in refusal(*request, "--density", 7.85)
+    assert "above 0 kg" in refusal(*request, "--mass", -1)
 
 
 def test_an_inertia_that_no_material_inside_can_have_is_pointed_out():
@@ -179,7 +179,7 @@ def test_flat_and_needle_like_point_sets_are_refused(turn, extents):
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("properties", "message"),
     [
         ({"mass": 0.0}, "finite mass above 0 kg, got 0.0 kg"),
         ({"mass": math.nan}, "finite mass above 0 kg, got nan kg"),
@@ -226,8 +226,8 @@ def test_flat_and_needle_like_point_sets_are_refused(turn, extents):
     ],
     ids=str,
 )
-def test_impossible_properties_are_refused_with_the_reason(given, message):
-    assert message in refused(*BOX, **given)
+def test_impossible_properties_are_refused_with_the_reason(properties, message):
+    assert message in refused(*BOX, **properties)
 
 
 class TestAShiftOfTheCentre:

@@ -67,18 +67,18 @@ def fitted(folder):
 
 
 def test_the_scene_of_a_plate_is_found(fitted):
-    found, _ = fitted
-    assert found["restitution_low"] <= RESTITUTION <= found["restitution_high"]
-    assert found["drop_height_low"] <= HEIGHT <= found["drop_height_high"]
-    assert found["p_value"] > 0.5 and 0.0 < found["plate_error"] < 0.05
-    assert abs(found["counted"] - 1200) < 4 and sorted(found["parts"]) == ["a", "c"]
-    assert found["default_weight"] < 0.5
+    fit, _ = fitted
+    assert fit["restitution_low"] <= RESTITUTION <= fit["restitution_high"]
+    assert fit["drop_height_low"] <= HEIGHT <= fit["drop_height_high"]
+    assert fit["p_value"] > 0.5 and 0.0 < fit["plate_error"] < 0.05
+    assert abs(fit["counted"] - 1200) < 4 and sorted(fit["parts"]) == ["a", "c"]
+    assert fit["default_weight"] < 0.5
 
 
 def test_the_order_of_counts_says_nothing_and_a_unit_is_guessed(folder, fitted):
     table = folder / "turned.csv"
     table.write_text("\n".join((folder / "a-c-0.2.csv").read_text().splitlines()[::-1]))
-    found = json.loads(
+    fitted_plate = json.loads(
         call(
             "fit",
             table,
@@ -89,18 +89,20 @@ def test_the_order_of_counts_says_nothing_and_a_unit_is_guessed(folder, fitted):
             "--json",
         ).stdout
     )
-    assert [note.split(":")[1] for note in found["notes"]] == [" UNIT_GUESSED"] * 2
+    assert [note.split(":")[1] for note in fitted_plate["notes"]] == [
+        " UNIT_GUESSED"
+    ] * 2
     others = dict.fromkeys(("date", "file", "seconds", "notes"))
-    assert found | others == fitted[0] | others
+    assert fitted_plate | others == fitted[0] | others
 
 
 def test_the_file_stays_where_it_is_with_what_else_it_holds(fitted):
-    found, link = fitted
+    fit, link = fitted
     assert link.is_symlink()
     plates = yaml.safe_load(link.read_text(encoding="utf-8"))["plates"]
     assert plates["steel"] == {"restitution": 0.2, "note": "by hand"}
     for name in ("restitution", "drop_height", "plate_error", "counted", "version"):
-        assert plates["glass"][name] == found[name]
+        assert plates["glass"][name] == fit[name]
     assert not [
         file
         for file in link.parent.iterdir()
@@ -115,30 +117,30 @@ def test_a_plate_unlike_the_model_is_said_to_be_so(folder, fitted):
         line.split(",") for line in (folder / "a-c-0.2.csv").read_text().splitlines()
     ]
     for name in "ac":
-        own = [row for row in rows if row[0] == f"{name}.stl"]
-        most = max(own, key=lambda row: int(row[2]))
-        least = min(own, key=lambda row: int(row[2]))
+        part_rows = [row for row in rows if row[0] == f"{name}.stl"]
+        most = max(part_rows, key=lambda row: int(row[2]))
+        least = min(part_rows, key=lambda row: int(row[2]))
         most[2] = str(int(most[2]) - 120)
         least[2] = str(int(least[2]) + 120)
     moved.write_text("\n".join(map(",".join, rows)))
-    found = fit(moved)
-    assert found["p_value"] < 0.01 < fitted[0]["p_value"]
-    assert found["plate_error"] > 0.03
+    fit_ = fit(moved)
+    assert fit_["p_value"] < 0.01 < fitted[0]["p_value"]
+    assert fit_["plate_error"] > 0.03
 
 
 def test_few_counts_say_little_of_the_plate(folder):
     """Shares as the model has them by luck, and a part seen once as it hardly ever lies."""
-    few = table_of(folder, "bc", 30, RESTITUTION, HEIGHT)
-    assert 0.02 < fit(few)["plate_error"] <= 0.05
-    many = table_of(folder, "ac", 600, RESTITUTION, HEIGHT)
+    few_counts = table_of(folder, "bc", 30, RESTITUTION, HEIGHT)
+    assert 0.02 < fit(few_counts)["plate_error"] <= 0.05
+    many_counts = table_of(folder, "ac", 600, RESTITUTION, HEIGHT)
     poses = estimate(load_part(folder / "b.stl", unit="mm"), "split").poses
-    once = folder / "once.csv"
-    once.write_text(f"{many.read_text()}\nb.stl,{poses[-1].index},1")
-    assert fit(once)["plate_error"] < 0.06
-    once.write_text(
+    single = folder / "once.csv"
+    single.write_text(f"{many_counts.read_text()}\nb.stl,{poses[-1].index},1")
+    assert fit(single)["plate_error"] < 0.06
+    single.write_text(
         f"b.stl,{poses[-1].index},500"
     )  # a single part, unlike in every scene
-    assert fit(once)["plate_error"] > 0.2
+    assert fit(single)["plate_error"] > 0.2
 
 
 @pytest.mark.parametrize(
@@ -192,12 +194,12 @@ def test_round_parts_tell_what_rolling_loses(folder):
     """A cylinder as high as wide and a box, dropped with 48 sides a turn."""
     write_stl(folder / "round.stl", shapes.prism(64, 10.0, 20.0))
     table = table_of(folder, ("round", "a"), 2000, 0.5, 0.4, round_sides=48)
-    found = fit(table)
+    fit_ = fit(table)
     otherwise = fit(table, "--round-sides", "96")
     for name in ("default_weight", "plate_error"):
         # Whichever sides number the poses.
-        assert otherwise[name] == pytest.approx(found[name], rel=1e-9)
-    assert found["round_sides_low"] == found["round_sides"] == 48
-    assert found["round_sides_high"] < 384
-    assert found["restitution_low"] <= 0.5 <= found["restitution_high"]
-    assert found["drop_height_low"] <= 0.4 <= found["drop_height_high"]
+        assert otherwise[name] == pytest.approx(fit_[name], rel=1e-9)
+    assert fit_["round_sides_low"] == fit_["round_sides"] == 48
+    assert fit_["round_sides_high"] < 384
+    assert fit_["restitution_low"] <= 0.5 <= fit_["restitution_high"]
+    assert fit_["drop_height_low"] <= 0.4 <= fit_["drop_height_high"]

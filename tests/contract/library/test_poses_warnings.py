@@ -32,8 +32,8 @@ def cylinder(sides):
 )
 def test_a_face_about_to_be_lost_is_marginal(lean, warned):
     """The foot of the centre of mass is 0.5 (1 - lean) widths inside, 0.75 high."""
-    told = warnings_of(leaning(lean))
-    assert ("MARGINAL_POSE" in told) == warned
+    warnings = warnings_of(leaning(lean))
+    assert ("MARGINAL_POSE" in warnings) == warned
     if warned:
         tilt = np.degrees(np.arctan(0.5 * (1.0 - lean) / 0.75))
         poses = [
@@ -41,8 +41,8 @@ def test_a_face_about_to_be_lost_is_marginal(lean, warned):
             for pose in resting_poses(leaning(lean), 0.0).poses
             if pose.margin < 0.0175
         ]
-        assert f"poses {', '.join(map(str, poses))} topple" in told["MARGINAL_POSE"]
-        assert f"{tilt:.2g} degrees" in told["MARGINAL_POSE"]
+        assert f"poses {', '.join(map(str, poses))} topple" in warnings["MARGINAL_POSE"]
+        assert f"{tilt:.2g} degrees" in warnings["MARGINAL_POSE"]
 
 
 def test_the_roof_of_a_flat_ridge_is_shallow():
@@ -65,8 +65,10 @@ def test_saddles_nearly_as_high_as_each_other_are_a_near_tie(side, warned):
 @pytest.mark.parametrize("tolerance", [0.0, 0.0025])
 @pytest.mark.parametrize("sides", [48, 60, 400])
 def test_facets_as_the_file_has_them(sides, tolerance):
-    told = warnings_of(cylinder(sides), tolerance)
-    assert f"facets that turn by {360.0 / sides:.2g} degrees" in told["COARSE_CURVE"]
+    warnings = warnings_of(cylinder(sides), tolerance)
+    assert (
+        f"facets that turn by {360.0 / sides:.2g} degrees" in warnings["COARSE_CURVE"]
+    )
 
 
 @pytest.mark.parametrize(
@@ -84,13 +86,13 @@ def test_facets_as_the_file_has_them(sides, tolerance):
     ],
 )
 def test_curves_that_are_no_circles_depend_on_the_file(body, turn):
-    told = warnings_of(part_from_mesh(*body), 0.0025, 192).get("COARSE_CURVE", "")
+    warning = warnings_of(part_from_mesh(*body), 0.0025, 192).get("COARSE_CURVE", "")
     assert (
-        not told
+        not warning
         if not turn
         else (
-            f"facets that turn by {turn} degrees" in told
-            and "by up to 10 points" in told
+            f"facets that turn by {turn} degrees" in warning
+            and "by up to 10 points" in warning
         )
     )
 
@@ -104,13 +106,16 @@ def test_curves_that_are_no_circles_depend_on_the_file(body, turn):
     ],
 )
 def test_circles_are_given_the_sides_of_the_contract(sides, codes):
-    told = warnings_of(cylinder(sides), 0.0025, 192)
-    assert list(told) == codes
-    if "ROUNDED" in told:
-        assert "2 round edges" in told["ROUNDED"] and "192 sides" in told["ROUNDED"]
+    warnings = warnings_of(cylinder(sides), 0.0025, 192)
+    assert list(warnings) == codes
+    if "ROUNDED" in warnings:
+        assert (
+            "2 round edges" in warnings["ROUNDED"]
+            and "192 sides" in warnings["ROUNDED"]
+        )
 
 
 def test_drops_carry_them_too():
-    told = simulate(leaning(0.999), 10, seed=1, cluster_tolerance=0.0)
-    assert [line.partition(":")[0] for line in told.warnings] == ["MARGINAL_POSE"]
-    assert [line.partition(":")[0] for line in told.notes] == ["SHALLOW_POSE"]
+    statistics = simulate(leaning(0.999), 10, seed=1, cluster_tolerance=0.0)
+    assert [line.partition(":")[0] for line in statistics.warnings] == ["MARGINAL_POSE"]
+    assert [line.partition(":")[0] for line in statistics.notes] == ["SHALLOW_POSE"]

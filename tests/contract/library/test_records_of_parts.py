@@ -31,14 +31,17 @@ def digest_by_hand(part):
 
 
 def test_the_digest_is_that_of_the_contract_and_changes_with_what_it_covers():
-    given = (
+    mass_properties = (
         {},
         {"mass": 2.0},
         {"center_of_mass": (0.0, 0.0, 1e-9)},
         {"unit": "mm"},
         {"mass": 1.0, "inertia": np.diag((1e2, 1.1e2, 1.2e2))},
     )
-    parts = [part_from_mesh(VERTICES, TRIANGLES, **properties) for properties in given]
+    parts = [
+        part_from_mesh(VERTICES, TRIANGLES, **properties)
+        for properties in mass_properties
+    ]
     assert [part.digest for part in parts] == [digest_by_hand(part) for part in parts]
     assert len({part.digest for part in parts}) == len(parts)
     assert parts[3].vertices == pytest.approx(VERTICES * 1e-3, rel=1e-15)
@@ -46,10 +49,10 @@ def test_the_digest_is_that_of_the_contract_and_changes_with_what_it_covers():
 
 def test_the_digest_is_of_the_mesh_as_received():
     doubled = np.vstack((VERTICES, VERTICES))
-    apart = np.vstack((TRIANGLES[:6], TRIANGLES[6:] + len(VERTICES)))
-    part = part_from_mesh(doubled, apart)
+    separate = np.vstack((TRIANGLES[:6], TRIANGLES[6:] + len(VERTICES)))
+    part = part_from_mesh(doubled, separate)
     assert (len(part.vertices), len(part.surface_vertices)) == (16, 8)
-    assert np.array_equal(part.triangles, apart)
+    assert np.array_equal(part.triangles, separate)
     assert (
         part.digest
         == digest_by_hand(part)
@@ -61,14 +64,14 @@ def test_a_part_without_a_name_is_called_by_its_digest():
     assert part_from_mesh(VERTICES, TRIANGLES, part_id="crate").part_id == "crate"
     part = part_from_mesh(VERTICES, TRIANGLES)
     assert isinstance(part, Part)
-    for one in (
+    for nameless in (
         part,
         shift_center(part, (0.0, 0.0, 1e-3)),
         replace(part, mass=3.0, part_id=""),
     ):
         assert (
-            one.digest == digest_by_hand(one)
-            and one.part_id == f"mesh_{one.digest[:12]}"
+            nameless.digest == digest_by_hand(nameless)
+            and nameless.part_id == f"mesh_{nameless.digest[:12]}"
         )
 
 

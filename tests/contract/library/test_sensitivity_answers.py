@@ -20,60 +20,60 @@ def heavy():
     ]
 
 
-def plain(found):
+def plain(analysis):
     """Slopes and counted changes."""
     return [
         (effect.number, effect.slope, effect.check and effect.check.value)
-        for effect in found.effects
+        for effect in analysis.effects
     ]
 
 
 def test_the_same_request_has_the_same_answer_whatever_the_workers(heavy):
-    part, wanted = heavy
-    one, two = (
-        sensitivity(part, wanted, drops=500, seed=3, workers=workers)
+    part, wanted_poses = heavy
+    first, two = (
+        sensitivity(part, wanted_poses, drops=500, seed=3, workers=workers)
         for workers in (1, 2)
     )
-    assert plain(one) == plain(two)
-    assert 0 < sum(effect.check is not None for effect in one.effects) <= 5
+    assert plain(first) == plain(two)
+    assert 0 < sum(effect.check is not None for effect in first.effects) <= 5
 
 
 def test_each_check_has_drops_of_its_own(heavy):
-    part, wanted = heavy
-    alone, among = (
-        sensitivity(part, wanted, checks=checks, drops=100, seed=3).checked
+    part, wanted_poses = heavy
+    single, several = (
+        sensitivity(part, wanted_poses, checks=checks, drops=100, seed=3).checked
         for checks in (1, 3)
     )
-    assert among[0][1] == alone[0][1]
-    assert all(check.trials == 100 for _, check in among)
+    assert several[0][1] == single[0][1]
+    assert all(check.trials == 100 for _, check in several)
 
 
 def test_as_many_changes_are_checked_as_asked_for(heavy):
-    part, wanted = heavy
+    part, wanted_poses = heavy
     for checks in (0, 2):
-        found = sensitivity(part, wanted, checks=checks, drops=50, seed=1)
-        assert sum(effect.check is not None for effect in found.effects) == checks
-    changes = [abs(effect.change) for effect in found.effects]
+        analysis = sensitivity(part, wanted_poses, checks=checks, drops=50, seed=1)
+        assert sum(effect.check is not None for effect in analysis.effects) == checks
+    changes = [abs(effect.change) for effect in analysis.effects]
     assert changes == pytest.approx(sorted(changes, reverse=True), abs=1e-9)  # some tie
 
 
 def test_a_stop_leaves_the_estimates(heavy):
-    part, wanted = heavy
-    shown = []
-    found = sensitivity(
+    part, wanted_poses = heavy
+    reports = []
+    analysis = sensitivity(
         part,
-        wanted,
+        wanted_poses,
         seed=1,
-        on_progress=shown.append,
-        should_stop=lambda: bool(shown) and shown[-1] > 0.0,
+        on_progress=reports.append,
+        should_stop=lambda: bool(reports) and reports[-1] > 0.0,
     )
-    assert all(0.0 <= share <= 1.0 for share in shown) and shown == sorted(shown)
-    assert found.wanted == tuple(wanted)
+    assert all(0.0 <= share <= 1.0 for share in reports) and reports == sorted(reports)
+    assert analysis.wanted == tuple(wanted_poses)
 
 
 def test_nothing_is_suggested_where_nothing_can_be_gained():
-    found = suggest(CUBE, list(range(6)), 1e-3, drops=10, seed=1)
-    assert found.steps == () and found.gain.value == 0.0
+    suggestion = suggest(CUBE, list(range(6)), 1e-3, drops=10, seed=1)
+    assert suggestion.steps == () and suggestion.gain.value == 0.0
 
 
 @pytest.mark.parametrize(

@@ -32,41 +32,41 @@ def unlucky():
 @pytest.mark.parametrize("drops", [0, 1, 10, 1000])
 def test_probabilities_and_errors_by_the_formulas_of_the_contract(part, unlucky, drops):
     """Jeffreys' intervals of 90 %, and errors that are not 0 where a pose was never met."""
-    found = simulate(part, drops, RESTITUTION, 2) if drops else unlucky
-    count = by_index(found, "count")
-    settled = found.drops - found.unsettled
+    statistics = simulate(part, drops, RESTITUTION, 2) if drops else unlucky
+    count = by_index(statistics, "count")
+    settled = statistics.drops - statistics.unsettled
     assert count.sum() == settled
-    assert by_index(found, "probability").tolist() == (count / settled).tolist()
+    assert by_index(statistics, "probability").tolist() == (count / settled).tolist()
     q = (count + 0.5) / (settled + 0.5 * len(count))
     errors = np.sqrt(q * (1.0 - q) / settled)
-    assert by_index(found, "standard_error") == pytest.approx(errors, rel=1e-12)
-    assert found.expected_error == pytest.approx(
+    assert by_index(statistics, "standard_error") == pytest.approx(errors, rel=1e-12)
+    assert statistics.expected_error == pytest.approx(
         math.sqrt((errors**2).mean()), rel=1e-12
     )
     a = count + 0.5
     b = settled - count + 0.5
     low = np.where(count == 0, 0.0, beta.ppf(0.05, a, b))
     high = np.where(count == settled, 1.0, beta.ppf(0.95, a, b))
-    assert by_index(found, "probability_low") == pytest.approx(low, abs=1e-9)
-    assert by_index(found, "probability_high") == pytest.approx(high, abs=1e-9)
-    assert errors.max() < found.largest_error < 4.0 * errors.max()
+    assert by_index(statistics, "probability_low") == pytest.approx(low, abs=1e-9)
+    assert by_index(statistics, "probability_high") == pytest.approx(high, abs=1e-9)
+    assert errors.max() < statistics.largest_error < 4.0 * errors.max()
 
 
 def test_all_poses_the_most_probable_first(part):
-    found = simulate(part, 50, RESTITUTION, 2)
-    known = [(-pose.probability, pose.index) for pose in found.poses]
-    assert known == sorted(known)
-    assert {pose.index for pose in found.poses} == set(
+    statistics = simulate(part, 50, RESTITUTION, 2)
+    ranks = [(-pose.probability, pose.index) for pose in statistics.poses]
+    assert ranks == sorted(ranks)
+    assert {pose.index for pose in statistics.poses} == set(
         range(len(resting_poses(part).poses))
     )
-    assert 0 in by_index(found, "count")
-    assert (found.method, found.seed, found.restitution) == (
+    assert 0 in by_index(statistics, "count")
+    assert (statistics.method, statistics.seed, statistics.restitution) == (
         "simulation",
         2,
         RESTITUTION,
     )
-    assert found.part_digest == part.digest and found.plate_error == 0.05
-    assert found.drop_height == pytest.approx(20.0 * found.radius)
+    assert statistics.part_digest == part.digest and statistics.plate_error == 0.05
+    assert statistics.drop_height == pytest.approx(20.0 * statistics.radius)
 
 
 def test_unsettled_drops_are_never_hidden(unlucky):
@@ -96,14 +96,14 @@ def test_counts_of_gathered_faces_add(surface):
 
 def test_like_poses_are_told_as_a_group():
     """A hexagonal prism: six sides alike, and two ends."""
-    found = simulate(part_from_mesh(*shapes.prism(6, 0.01, 0.016)), 300, seed=1)
+    statistics = simulate(part_from_mesh(*shapes.prism(6, 0.01, 0.016)), 300, seed=1)
     groups = {}
-    for pose in found.poses:
+    for pose in statistics.poses:
         groups.setdefault(pose.group, []).append(pose)
     assert sorted(map(len, groups.values())) == [2, 6]
     for poses in groups.values():
         assert {pose.group_size for pose in poses} == {len(poses)}
         for pose in poses:
             assert pose.group_probability == pytest.approx(
-                sum(one.count for one in poses) / 300, abs=1e-12
+                sum(member.count for member in poses) / 300, abs=1e-12
             )

@@ -85,10 +85,12 @@ def test_it_ends_at_rest_in_the_pose_that_the_simulation_counts(film):
     height = (turns[-1].apply(part.center_of_mass) + places[-1])[2]
     assert height == pytest.approx(pose.height, rel=5e-3)
     assert corners(film, -1)[:, 2].min() == pytest.approx(0.0, abs=2e-3 * drop.radius)
-    before = int(np.flatnonzero(np.abs(places - places[-1]).max(axis=1) > 1e-12)[-1])
-    assert before < len(places) - 10
-    assert np.abs(places[before] - places[-1]).max() < 0.15 * drop.radius
-    assert (turns[before] * turns[-1].inv()).magnitude() < 0.3
+    last_moving = int(
+        np.flatnonzero(np.abs(places - places[-1]).max(axis=1) > 1e-12)[-1]
+    )
+    assert last_moving < len(places) - 10
+    assert np.abs(places[last_moving] - places[-1]).max() < 0.15 * drop.radius
+    assert (turns[last_moving] * turns[-1].inv()).magnitude() < 0.3
 
 
 def test_it_is_short_never_gains_energy_and_is_never_below_the_plate(film):

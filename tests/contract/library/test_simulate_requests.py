@@ -39,11 +39,14 @@ def test_bad_values_are_refused(part, name, values):
 
 @pytest.mark.parametrize("value", [0, 2**64 - 1, np.int64(5), np.uint64(2**63)])
 def test_any_whole_seed_serves(part, value):
-    found = simulate(
+    statistics = simulate(
         part, np.int32(20), np.float32(0.5), value, drop_height=Fraction(1, 4)
     )
-    assert found.seed == int(value)
-    assert found.scene == "released 250 mm above a frictionless plate, restitution 0.5"
+    assert statistics.seed == int(value)
+    assert (
+        statistics.scene
+        == "released 250 mm above a frictionless plate, restitution 0.5"
+    )
 
 
 @pytest.mark.parametrize(
@@ -74,14 +77,16 @@ def test_workers_that_cannot_all_be_started_do_not_go_on(part, monkeypatch):
     monkeypatch.setattr(threading.Thread, "start", start)
     with pytest.raises(RuntimeError, match="new thread"):
         simulate(part, 10**9, workers=3)
-    assert not [one for one in threading.enumerate() if one.name.startswith("drops-")]
+    assert not [
+        thread for thread in threading.enumerate() if thread.name.startswith("drops-")
+    ]
 
 
 def test_a_fresh_seed_can_be_used_again(part):
-    found = simulate(part, 500)
-    other = simulate(part, 500)
-    assert found.seed != other.seed
-    assert counts(simulate(part, 500, seed=found.seed)) == counts(found)
+    statistics = simulate(part, 500)
+    second = simulate(part, 500)
+    assert statistics.seed != second.seed
+    assert counts(simulate(part, 500, seed=statistics.seed)) == counts(statistics)
 
 
 def test_given_starts_are_what_is_dropped(part):
@@ -92,8 +97,8 @@ def test_given_starts_are_what_is_dropped(part):
     usual = counts(simulate(part, 100, 0.4, 5))
     assert counts(simulate(part, restitution=0.4, starts=starts.tolist())) == usual
     assert counts(simulate(part, restitution=0.4, starts=starts, workers=3)) == usual
-    few = simulate(part, 40, 0.4, starts=starts)
-    assert counts(few) == counts(simulate(part, 40, 0.4, 5))
+    statistics = simulate(part, 40, 0.4, starts=starts)
+    assert counts(statistics) == counts(simulate(part, 40, 0.4, 5))
     longer = simulate(part, restitution=0.4, starts=starts * np.arange(1, 101)[:, None])
     assert longer.drops == 100
     # Rounding of the length may turn a chaotic drop over.
@@ -141,5 +146,5 @@ def test_the_row_of_a_bad_start_is_named_and_what_goes_with_none_is_refused(part
 @pytest.mark.parametrize("length", [1e-200, 1e200])
 def test_a_start_of_any_finite_length_is_a_direction(part, length):
     """Squares under- and overflow there."""
-    found = record_drop(part, start=length * np.array((0.6, 0.0, 0.8)))
-    assert found.down == pytest.approx((0.6, 0.0, 0.8), abs=1e-15)
+    trajectory = record_drop(part, start=length * np.array((0.6, 0.0, 0.8)))
+    assert trajectory.down == pytest.approx((0.6, 0.0, 0.8), abs=1e-15)

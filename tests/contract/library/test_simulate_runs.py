@@ -18,18 +18,18 @@ def part():
     return part_from_mesh(*random_polyhedron(9, 3))
 
 
-def same(statistics, other):
+def same(statistics, second):
     """Equal in all but the time it took."""
     ours = statistics.as_dict()
-    theirs = other.as_dict()
+    theirs = second.as_dict()
     return {**ours, "seconds": None} == {**theirs, "seconds": None}
 
 
 @pytest.fixture(autouse=True)
 def _no_threads_are_left():
-    before = threading.active_count()
+    threads = threading.active_count()
     yield
-    assert threading.active_count() <= before
+    assert threading.active_count() <= threads
 
 
 def checkpoints(drops):
@@ -45,47 +45,49 @@ def test_workers_do_not_matter(part, restitution):
     first, *others = (
         simulate(part, 1500, restitution, 7, workers=workers) for workers in (1, 2, 5)
     )
-    assert all(same(first, other) for other in others)
+    assert all(same(first, statistics) for statistics in others)
 
 
 @pytest.mark.parametrize("target", [0.02, 0.01])
 def test_a_target_ends_a_run_at_a_checkpoint(part, target):
     """Where the bound is kept, whatever the workers; the one before did not keep it."""
-    found, *others = (
+    first, *others = (
         simulate(part, LONG, 0.4, 8, target_error=target, workers=workers)
         for workers in (1, 2, 5)
     )
-    assert all(same(found, other) for other in others)
+    assert all(same(first, statistics) for statistics in others)
     looked = checkpoints(LONG)
-    assert found.drops in looked and found.expected_error <= target
-    assert not any("TARGET_MISSED" in text for text in found.warnings)
-    assert same(simulate(part, found.drops, 0.4, 8), found)
-    before = simulate(
-        part, looked[looked.index(found.drops) - 1], 0.4, 8, target_error=target
+    assert first.drops in looked and first.expected_error <= target
+    assert not any("TARGET_MISSED" in text for text in first.warnings)
+    assert same(simulate(part, first.drops, 0.4, 8), first)
+    earlier_run = simulate(
+        part, looked[looked.index(first.drops) - 1], 0.4, 8, target_error=target
     )
-    assert any("TARGET_MISSED" in text for text in before.warnings)
+    assert any("TARGET_MISSED" in text for text in earlier_run.warnings)
 
 
 @pytest.mark.parametrize("workers", [1, 3])
 def test_a_stop_leaves_the_first_drops_of_the_run(part, workers):
-    done = [0]
-    found = simulate(
+    drops_done = [0]
+    statistics = simulate(
         part,
         LONG,
         0.6,
         9,
         workers=workers,
-        should_stop=lambda: done[-1] >= 500,
-        on_progress=lambda progress: done.append(progress.drops),
+        should_stop=lambda: drops_done[-1] >= 500,
+        on_progress=lambda progress: drops_done.append(progress.drops),
     )
-    assert 500 <= found.drops < LONG
-    assert same(found, simulate(part, found.drops, 0.6, 9))
+    assert 500 <= statistics.drops < LONG
+    assert same(statistics, simulate(part, statistics.drops, 0.6, 9))
 
 
 def test_a_stop_at_once_is_quick_for_slow_drops_too(part):
     """A needle's drop takes 0.1 s of a core at 0.99: a usual number of them is no short wait."""
-    found = simulate(part, LONG, 0.6, 9, workers=2, should_stop=lambda: True)
-    assert found.drops < 5000 and (found.drops > 0 or np.isnan(found.expected_error))
+    statistics = simulate(part, LONG, 0.6, 9, workers=2, should_stop=lambda: True)
+    assert statistics.drops < 5000 and (
+        statistics.drops > 0 or np.isnan(statistics.expected_error)
+    )
     needle = part_from_mesh(*shapes.box(1.0, 0.001, 0.002))
     assert (
         simulate(needle, 1000, 0.99, 1, workers=2, should_stop=lambda: True).drops < 16
@@ -99,7 +101,7 @@ def test_progress_comes_in_the_callers_thread(part):
         assert threading.current_thread() is threading.main_thread()
         heard.append((progress, progress.statistics()))
 
-    found = simulate(part, 5000, 0.6, 3, on_progress=listen)
+    simulated = simulate(part, 5000, 0.6, 3, on_progress=listen)
     drops = [progress.drops for progress, _ in heard]
     assert drops[0] > 0 and drops[-1] == 5000
     assert all(a < b for a, b in pairwise(drops))
@@ -109,20 +111,20 @@ def test_progress_comes_in_the_callers_thread(part):
         assert statistics.unsettled == progress.unsettled
         assert statistics.expected_error == progress.expected_error
         assert progress.rate > 0.0 and progress.seconds_left >= 0.0
-    assert same(heard[-1][1], found)
+    assert same(heard[-1][1], simulated)
 
 
 def test_every_drop_is_handed_over_once_and_in_order(part):
     chunks = []
-    found = simulate(part, 2000, 0.6, 3, workers=3, on_drops=chunks.append)
+    statistics = simulate(part, 2000, 0.6, 3, workers=3, on_drops=chunks.append)
     ends = np.cumsum([len(chunk.downs) for chunk in chunks])
     assert [chunk.first for chunk in chunks] == [0, *ends[:-1]] and ends[-1] == 2000
     number = np.bincount(
         np.concatenate([chunk.outcomes.pose for chunk in chunks]),
-        minlength=len(found.poses),
+        minlength=len(statistics.poses),
     )
-    assert [pose.count for pose in found.poses] == [
-        number[pose.index] for pose in found.poses
+    assert [pose.count for pose in statistics.poses] == [
+        number[pose.index] for pose in statistics.poses
     ]
 
 
@@ -131,10 +133,10 @@ class ListenerError(Exception):
 
 
 @pytest.mark.parametrize("error", [ListenerError, KeyboardInterrupt])
-@pytest.mark.parametrize("where", ["on_progress", "should_stop", "on_drops"])
-def test_an_exception_of_the_listener_comes_through(part, where, error):
+@pytest.mark.parametrize("listener", ["on_progress", "should_stop", "on_drops"])
+def test_an_exception_of_the_listener_comes_through(part, listener, error):
     def raise_it(*_):
         raise error
 
     with pytest.raises(error):
-        simulate(part, LONG, 0.5, 1, workers=4, **{where: raise_it})
+        simulate(part, LONG, 0.5, 1, workers=4, **{listener: raise_it})

@@ -26,7 +26,7 @@ PATIENCE = 120.0
 
 def browser_file():
     """Path of a Chromium, or None."""
-    return next((found for name in NAMES if (found := shutil.which(name))), None)
+    return next((path for name in NAMES if (path := shutil.which(name))), None)
 
 
 class Browser:
@@ -46,7 +46,7 @@ class Browser:
         self._out = ours_out
         self._in = ours_in
 
-        def place():  # Chromium reads from 3 and writes to 4
+        def place_pipes():  # Chromium reads from 3 and writes to 4
             first = os.dup(to_child)
             second = os.dup(from_child)
             os.dup2(first, 3)
@@ -57,7 +57,7 @@ class Browser:
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            preexec_fn=place,
+            preexec_fn=place_pipes,
             close_fds=False,
         )
         os.close(to_child)
@@ -69,7 +69,9 @@ class Browser:
         self.complaints = []
         self._loaded = False
         targets = self.ask("Target.getTargets")["targetInfos"]
-        page = next(one["targetId"] for one in targets if one["type"] == "page")
+        page = next(
+            target["targetId"] for target in targets if target["type"] == "page"
+        )
         self._session = self.ask("Target.attachToTarget", targetId=page, flatten=True)[
             "sessionId"
         ]
@@ -115,14 +117,14 @@ class Browser:
 
     def evaluate(self, expression):
         """Value of an expression in the page; promises are waited for."""
-        found = self.ask(
+        reply = self.ask(
             "Runtime.evaluate",
             expression=expression,
             awaitPromise=True,
             returnByValue=True,
         )
-        assert "exceptionDetails" not in found, found["exceptionDetails"]
-        return found["result"].get("value")
+        assert "exceptionDetails" not in reply, reply["exceptionDetails"]
+        return reply["result"].get("value")
 
     def drag(self, begin, end, steps=4):
         """Press the mouse, move it and let go."""
@@ -151,33 +153,33 @@ class Browser:
 
     def _next(self):
         """Next message; events are noted on the way."""
-        until = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + PATIENCE
         while b"\0" not in self._rest:
-            ready, _, _ = select.select([self._in], [], [], until - time.monotonic())
+            ready, _, _ = select.select([self._in], [], [], deadline - time.monotonic())
             assert ready, "the browser does not answer"
             data = os.read(self._in, 1 << 20)
             assert data, "the browser has ended"
             self._rest += data
-        one, _, self._rest = self._rest.partition(b"\0")
-        message = json.loads(one)
+        answer, _, self._rest = self._rest.partition(b"\0")
+        message = json.loads(answer)
         self._note(message.get("method"), message.get("params", {}))
         return message
 
-    def _note(self, event, given):
+    def _note(self, event, parameters):
         if event == "Page.loadEventFired":
             self._loaded = True
         elif event == "Network.requestWillBeSent":
-            if not given["request"]["url"].startswith("data:"):
-                self.requests.append(given["request"]["url"])
+            if not parameters["request"]["url"].startswith("data:"):
+                self.requests.append(parameters["request"]["url"])
         elif event == "Runtime.exceptionThrown":
-            self.complaints.append(given["exceptionDetails"]["text"])
-        elif event == "Runtime.consoleAPICalled" and given["type"] in (
+            self.complaints.append(parameters["exceptionDetails"]["text"])
+        elif event == "Runtime.consoleAPICalled" and parameters["type"] in (
             "error",
             "warning",
         ):
-            self.complaints.append(str(given["args"]))
-        elif event == "Log.entryAdded" and given["entry"]["level"] in (
+            self.complaints.append(str(parameters["args"]))
+        elif event == "Log.entryAdded" and parameters["entry"]["level"] in (
             "error",
             "warning",
         ):
-            self.complaints.append(given["entry"]["text"])
+            self.complaints.append(parameters["entry"]["text"])

@@ -90,7 +90,7 @@ def rock(parts):
 def comparison(parts):
     """Of the clamp, three variants of it and a stone; the page, its file and the object."""
     file = parts / "variants.html"
-    asked = (
+    request = (
         "compare",
         *(
             parts / f"{name}.stl"
@@ -100,8 +100,8 @@ def comparison(parts):
         "--wanted",
         "0,1",
     )
-    answer(*asked, "-o", file)
-    return Page(file), file, answer_json(*asked)
+    answer(*request, "-o", file)
+    return Page(file), file, answer_json(*request)
 
 
 SHAPES = {

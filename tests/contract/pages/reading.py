@@ -46,12 +46,14 @@ class Page(HTMLParser):
         self.text = " ".join(" ".join(self._texts).replace("\xa0", " ").split())
 
     def handle_starttag(self, tag, attrs):
-        given = dict(attrs)
-        self.addresses += [given[name] for name in ("src", "href") if name in given]
-        if tag == "img" and given["src"].startswith("data:"):
-            content = base64.b64decode(given["src"].partition(";base64,")[2])
+        attributes = dict(attrs)
+        self.addresses += [
+            attributes[name] for name in ("src", "href") if name in attributes
+        ]
+        if tag == "img" and attributes["src"].startswith("data:"):
+            content = base64.b64decode(attributes["src"].partition(";base64,")[2])
             self.pictures.append(
-                Picture(given.get("alt", "").replace("\xa0", " "), content)
+                Picture(attributes.get("alt", "").replace("\xa0", " "), content)
             )
         if tag not in VOID:
             self._open.append(tag)

@@ -58,7 +58,7 @@ def test_the_view_turns_and_shows_the_pose_that_is_asked_for(
         "2d",
     )
     assert browser.evaluate(SHOWN) > 0.03
-    before = browser.evaluate(STATE)
+    state = browser.evaluate(STATE)
     browser.evaluate(
         "document.getElementById('view').scrollIntoView({block: 'center'})"
     )
@@ -67,14 +67,16 @@ def test_the_view_turns_and_shows_the_pose_that_is_asked_for(
         "(document.getElementById('view').getBoundingClientRect())"
     )
     browser.drag((x, y), (x + 120, y + 40))
-    after = browser.evaluate(STATE)
-    assert float(after[0]) != float(before[0]) and float(after[1]) != float(before[1])
+    turned_state = browser.evaluate(STATE)
+    assert float(turned_state[0]) != float(state[0]) and float(
+        turned_state[1]
+    ) != float(state[1])
     assert browser.evaluate(SHOWN) > 0.03
     browser.evaluate("document.querySelectorAll('#poses-of-view button')[2].click()")
     browser.evaluate(
         "new Promise(f => requestAnimationFrame(() => requestAnimationFrame(f)))"
     )
-    assert browser.evaluate(STATE)[2] != before[2]
+    assert browser.evaluate(STATE)[2] != state[2]
     assert browser.evaluate(SHOWN) > 0.03
 
 
@@ -120,9 +122,9 @@ def test_no_figure_is_squeezed_or_covered_in_print(clamp, browser):
             ".map(r => [r.left, r.right, r.width])"
         )
         assert len(boxes) == 4
-        for left, right in zip(boxes[::2], boxes[1::2], strict=True):
-            assert left[1] <= right[0]
-            assert min(left[2], right[2]) > 0.4 * 720
+        for left_box, right in zip(boxes[::2], boxes[1::2], strict=True):
+            assert left_box[1] <= right[0]
+            assert min(left_box[2], right[2]) > 0.4 * 720
         assert browser.evaluate("document.documentElement.scrollWidth") == 720
     finally:
         browser.ask("Emulation.setEmulatedMedia", media="")

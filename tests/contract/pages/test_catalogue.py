@@ -42,11 +42,11 @@ def order(values, name, falling=False):
     )
 
 
-def opened(browser, made, *size):
+def opened(browser, catalogue, *size):
     browser.open("about:blank")
     browser.requests.clear()
     browser.complaints.clear()
-    browser.open((made[0] / "index.html").as_uri(), *size)
+    browser.open((catalogue[0] / "index.html").as_uri(), *size)
     return browser
 
 
@@ -72,10 +72,8 @@ class TestWhatIsWritten:
 
     def test_a_large_one_stays_small_and_names_what_it_takes(self, large):
         page = Page(large[0] / "index.html")
-        beside = [
-            name for name in page.addresses if not name.startswith(("data:", "#"))
-        ]
-        assert beside and all((large[0] / name).is_file() for name in beside)
+        files = [name for name in page.addresses if not name.startswith(("data:", "#"))]
+        assert files and all((large[0] / name).is_file() for name in files)
         assert "data:image/png" not in page.source and len(page.source) < 60_000
 
 
@@ -83,8 +81,8 @@ class TestWhatIsWritten:
 def test_it_asks_for_its_own_files_only_and_shows_their_pictures(
     request, browser, kind
 ):
-    opened(browser, made := request.getfixturevalue(kind))
-    assert browser.evaluate(NAMES)[:7] == order(made[1], "best_share", True)[:7]
+    opened(browser, catalogue := request.getfixturevalue(kind))
+    assert browser.evaluate(NAMES)[:7] == order(catalogue[1], "best_share", True)[:7]
     assert all(address.startswith("file:///") for address in browser.requests)
     assert browser.complaints == []
     browser.evaluate(
@@ -103,11 +101,11 @@ def test_it_asks_for_its_own_files_only_and_shows_their_pictures(
 def test_it_sorts_both_ways_and_what_is_not_known_comes_last(small, browser):
     opened(browser, small)
     for column, name in (("Height", "top_m"), ("Best pose", "best_share")):
-        both = []
+        orders = []
         for _ in range(2):
             browser.evaluate(head(column))
-            both.append(browser.evaluate(NAMES))
-        assert sorted(both) == sorted(
+            orders.append(browser.evaluate(NAMES))
+        assert sorted(orders) == sorted(
             order(small[1], name, falling) for falling in (True, False)
         )
     browser.evaluate(head("Part"))
@@ -132,7 +130,7 @@ def test_it_sorts_at_a_phones_width_too(small, browser):
 
 
 @pytest.mark.parametrize(
-    ("fields", "left"),
+    ("fields", "remaining"),
     [
         ({"words": "BAR"}, "b"),
         ({"words": "odd name"}, "e"),
@@ -148,13 +146,13 @@ def test_it_sorts_at_a_phones_width_too(small, browser):
         ({"fit-length": "14", "fit-width": "60"}, "abeg"),
     ],
 )
-def test_it_filters(small, browser, fields, left):
+def test_it_filters(small, browser, fields, remaining):
     opened(browser, small)
     for field, value in fields.items():
         browser.evaluate(typed(field, value))
-    assert "".join(sorted(browser.evaluate(NAMES))) == left
+    assert "".join(sorted(browser.evaluate(NAMES))) == remaining
     assert browser.evaluate("document.getElementById('count').textContent").startswith(
-        f"{len(left)} of 8 parts"
+        f"{len(remaining)} of 8 parts"
     )
     browser.evaluate(
         "new Promise(done => { document.querySelector('form').addEventListener("
@@ -198,8 +196,8 @@ def test_a_part_tells_its_poses_and_the_command_of_its_report(small, browser):
 
 def test_warnings_stand_out(small, browser):
     opened(browser, small)
-    shown = "[...document.querySelectorAll('.notes .warned')].map(e => e.textContent)"
-    assert browser.evaluate(shown) == ["UNIT_SUSPECT"]
+    script = "[...document.querySelectorAll('.notes .warned')].map(e => e.textContent)"
+    assert browser.evaluate(script) == ["UNIT_SUSPECT"]
     colours = browser.evaluate(
         "['.notes .warned', 'td.notes'].map(name => getComputedStyle("
         "document.querySelector(name)).color)"

@@ -7,7 +7,7 @@ def test_it_says_what_the_object_says(comparison):
     page, _, values = comparison
     assert "B feeds better: " in page.text or "A feeds better: " in page.text
     assert f"{values['drops']} drops of each variant" in page.text
-    verdicts = [beside["on_plate"] for beside in values["comparisons"]]
+    verdicts = [pair["on_plate"] for pair in values["comparisons"]]
     assert verdicts[:2] == ["difference shown", "none shown"]
     assert "; large enough to expect on a real plate" in page.text
 
@@ -37,10 +37,10 @@ def test_every_pose_has_its_picture_and_a_turned_part_looks_as_the_first_one(
     counts = [
         sum(
             min(len(pose[side]), 1)
-            for pose in beside["poses"][:12]
+            for pose in pair["poses"][:12]
             for side in ("first", "second")
         )
-        for beside in values["comparisons"]
+        for pair in values["comparisons"]
     ]
     pictures = [picture.pixels for picture in page.pictures]
     assert len(pictures) == sum(counts)
@@ -48,10 +48,10 @@ def test_every_pose_has_its_picture_and_a_turned_part_looks_as_the_first_one(
         (picture < 250).any() and picture[0, 0].min() == 255 for picture in pictures
     )
     begin = counts[0]
-    for left, right in zip(
+    for left_box, right in zip(
         pictures[begin : begin + 6 : 2],
         pictures[begin + 1 : begin + 7 : 2],
         strict=True,
     ):
         # An edge may fall on the next pixel.
-        assert np.mean(np.abs(left - right).max(axis=2) > 40) < 0.02
+        assert np.mean(np.abs(left_box - right).max(axis=2) > 40) < 0.02

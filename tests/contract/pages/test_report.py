@@ -45,11 +45,11 @@ def test_the_first_sentence_names_the_scene_and_the_commonest_pose(report, count
 
 def test_like_poses_have_a_picture_and_their_total(report, kinds):
     page, _ = report
-    shown = [picture.name for picture in page.named("The part in pose")]
-    assert len(shown) == 3
+    pictures = [picture.name for picture in page.named("The part in pose")]
+    assert len(pictures) == 3
     for (first, second), pose in kinds:
         total = percent(pose["group_probability"])
-        assert f"The part in poses {first}, {second}, {total} of the drops" in shown
+        assert f"The part in poses {first}, {second}, {total} of the drops" in pictures
         for number in (
             f"each of 2, about {percent(pose['group_probability'] / 2)}",
             f"{1e3 * pose['height']:.4g} mm",
