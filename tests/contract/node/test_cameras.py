@@ -32,18 +32,18 @@ def counts_of(node, part_id, number=1):
     """The recorded counts of a part, once there are so many."""
 
     def there():
-        found = [
-            one
-            for one in recorded(node.log_directory, "pose_counts")
-            if one.part_id == part_id
+        counts = [
+            message
+            for message in recorded(node.log_directory, "pose_counts")
+            if message.part_id == part_id
         ]
-        return found if len(found) >= number else None
+        return counts if len(counts) >= number else None
 
     return until(there, f"{number} counts in the bag")
 
 
 def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model):
-    known = f"{model.cluster_tolerance:g} and round_sides {model.round_sides}"
+    numbering = f"{model.cluster_tolerance:g} and round_sides {model.round_sides}"
     bad = {
         "2 pose indices and 1 counts": {"index": [0, 1], "count": [5]},
         "is known": {"part_id": "nobody"},
@@ -59,17 +59,17 @@ def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model
         f"{model.part_id}' has no pose 99": {"index": [0, 99]},
         f"{model.part_id}' has no pose 77": {"from_pose": 77, "feeder_speed": "slow"},
         "a from_pose and 0 characters of feeder_speed": {"from_pose": 1},
-        f"cluster_tolerance 0.0025 and round_sides 0, the results have cluster_tolerance {known}": {
+        f"cluster_tolerance 0.0025 and round_sides 0, the results have cluster_tolerance {numbering}": {
             "round_sides": 0
         },
         f"cluster_tolerance unknown and round_sides 192, the results have cluster_tolerance "
-        f"{known}; copy both from PoseStatistics": {"cluster_tolerance": math.nan},
+        f"{numbering}; copy both from PoseStatistics": {"cluster_tolerance": math.nan},
     }
     camera = counting(tuned)
-    for said, fields in bad.items():
+    for words, fields in bad.items():
         camera.publish(counted(model, [50, 50], **fields))
         node.says("~/pose_counts: recorded, but ")
-        node.says(said)
+        node.says(words)
     counts_of(node, model.part_id, len(bad) - 1)
     camera.publish(
         b"\0\1\0\0" + b"\xee" * 40,
@@ -78,8 +78,8 @@ def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model
     )
     node.says("~/pose_counts: count refused: expected a serialised PoseCounts")
     learnt(tuned, model.part_id, 7)
-    found = raw_of(node.log_directory, on_topic("pose_counts"))
-    assert not any(b"\xee" * 40 in data or len(data) > 2**20 for data in found)
+    messages = raw_of(node.log_directory, on_topic("pose_counts"))
+    assert not any(b"\xee" * 40 in data or len(data) > 2**20 for data in messages)
 
 
 def test_each_part_seen_is_counted_in_its_pose(node, tuned, model):
@@ -124,8 +124,8 @@ def test_a_best_effort_camera_is_heard_and_a_reliable_one_once(node, tuned, mode
     reliable = [picture(model.part_id, lying(model.poses[0])) for _ in range(5)]
     seeing(tuned).publish(*reliable)
     learnt(tuned, model.part_id, 6)
-    stamps = [one.header.stamp for one in counts_of(node, model.part_id, 6)]
-    assert [stamps.count(one.header.stamp) for one in reliable] == [1] * 5
+    stamps = [counts.header.stamp for counts in counts_of(node, model.part_id, 6)]
+    assert [stamps.count(counts.header.stamp) for counts in reliable] == [1] * 5
 
 
 def test_the_height_that_the_node_was_told_and_the_flip_go_along(node, tuned, model):
@@ -143,7 +143,7 @@ def test_what_cannot_be_counted_is_refused_and_the_next_one_served(node, tuned, 
     long = lying(model.poses[0])
     for axis in "xyzw":
         setattr(long.orientation, axis, 2.0 * getattr(long.orientation, axis))
-    seen = {
+    pictures = {
         "a serialised ObservedParts": b"\0\1\0\0" + b"\xee" * 40,
         "at most 1048576 bytes": b"\0\1\0\0" + bytes(2**20),
         "'nobody'; publish its mesh": picture("nobody", pose),
@@ -156,12 +156,13 @@ def test_what_cannot_be_counted_is_refused_and_the_next_one_served(node, tuned, 
     }
     camera = seeing(tuned)
     health = Health(tuned)
-    before = int(health.line("parts")[1]["refused"])
-    for said, message in seen.items():
+    refused_before = int(health.line("parts")[1]["refused"])
+    for words, message in pictures.items():
         camera.publish(message)
-        node.says(said)
+        node.says(words)
     health.eventually(
-        "parts", lambda _, values: int(values["refused"]) == before + len(seen)
+        "parts",
+        lambda _, values: int(values["refused"]) == refused_before + len(pictures),
     )
     camera.publish(picture(model.part_id), picture(model.part_id, pose))
     assert list(counts_of(node, model.part_id)[0].count) == [1]
@@ -177,10 +178,12 @@ def test_what_comes_faster_than_it_can_be_recorded_is_told_as_lost(node, tuned, 
     def both_known():  # what a publisher sends before the node has found it is lost in silence
         counter.publish(counted(model, [7]))
         eyes.publish(picture(model.part_id, pose))
-        return {7, 1} <= {sum(one.count) for one in counts_of(node, model.part_id)}
+        return {7, 1} <= {
+            sum(message.count) for message in counts_of(node, model.part_id)
+        }
 
     until(both_known, "the publishers to be found")
-    before = int(health.eventually("recording")[1]["counts lost"])
+    lost_before = int(health.eventually("recording")[1]["counts lost"])
     node.send(signal.SIGSTOP)
     for number in range(2000):
         counter.publish(counted(model, [number]))
@@ -188,7 +191,7 @@ def test_what_comes_faster_than_it_can_be_recorded_is_told_as_lost(node, tuned, 
     node.send(signal.SIGCONT)
 
     def all_there():
-        lost = int(health.latest("recording")[1]["counts lost"]) - before
+        lost = int(health.latest("recording")[1]["counts lost"]) - lost_before
         return lost > 0 and abs(lost + len(counts_of(node, model.part_id)) - 4000) < 40
 
     until(all_there, "all counts")
@@ -212,23 +215,23 @@ RECENT = 400
 
 def test_counts_sharpen_what_is_latched(tuned, model):
     camera = counting(tuned)
-    before = latched(tuned, model.part_id)
+    latched_before = latched(tuned, model.part_id)
     camera.publish(counted(model, [3, 7]))
     first = learnt(tuned, model.part_id, 10)
     assert (first.method, first.drops, first.final) == ("observed", 0, True)
-    assert first.revision > before.revision
+    assert first.revision > latched_before.revision
     camera.publish(*(counted(model, [3, 7]) for _ in range(30)))
     later = learnt(tuned, model.part_id, 310)
     assert later.plate_error == later.expected_error < 0.6 * first.expected_error
-    one, other = (pose.index for pose in model.poses[:2])
-    assert counts(later.poses)[one] == 93 and counts(later.poses)[other] == 217
-    assert probabilities(later.poses)[other] > probabilities(first.poses)[other]
+    result, plain = (pose.index for pose in model.poses[:2])
+    assert counts(later.poses)[result] == 93 and counts(later.poses)[plain] == 217
+    assert probabilities(later.poses)[plain] > probabilities(first.poses)[plain]
     # 217 of 310 parts: 0.70 with a standard error of 0.026, drawn a little to the model.
-    assert probabilities(later.poses)[other] == pytest.approx(0.7, abs=0.06)
-    fed = tuned.good("feeding", part_id=model.part_id, wanted=[one], rate=60.0)
+    assert probabilities(later.poses)[plain] == pytest.approx(0.7, abs=0.06)
+    fed = tuned.good("feeding", part_id=model.part_id, wanted=[result], rate=60.0)
     assert fed.message == "From 310 parts seen (observed)."
-    asked = tuned.good("estimate", part_id=model.part_id).statistics
-    assert asked.observed == 0 and probabilities(asked.poses) == probabilities(
+    estimated = tuned.good("estimate", part_id=model.part_id).statistics
+    assert estimated.observed == 0 and probabilities(estimated.poses) == probabilities(
         model.poses
     )
 
@@ -262,24 +265,24 @@ def test_counts_that_the_state_does_not_have_are_said_to_be_unrecorded(
     def told(line):
         return line.startswith("NOT_RECORDED: ") and str(file) in line
 
-    with closing(sqlite3.connect(file, isolation_level=None)) as other:
-        other.execute("BEGIN IMMEDIATE")
+    with closing(sqlite3.connect(file, isolation_level=None)) as connection:
+        connection.execute("BEGIN IMMEDIATE")
         camera.publish(counted(model, [3, 7]))
         assert any(map(told, learnt(tuned, model.part_id, 10).warnings))
         health.eventually("recording", lambda line, _: told(line.message))
         counts_of(node, model.part_id)
-        other.execute("ROLLBACK")
-        kept = "SELECT 1 FROM counts WHERE part_id = ?", (model.part_id,)
-        until(lambda: other.execute(*kept).fetchall(), "the counts in the state")
+        connection.execute("ROLLBACK")
+        query = "SELECT 1 FROM counts WHERE part_id = ?", (model.part_id,)
+        until(lambda: connection.execute(*query).fetchall(), "the counts in the state")
     camera.publish(counted(model, [1, 0]))
     assert not any(map(told, learnt(tuned, model.part_id, 11).warnings))
 
 
 def test_a_cell_that_contradicts_the_model_is_believed(tuned, model):
     counting(tuned).publish(counted(model, [0, 0, 400]))
-    told = learnt(tuned, model.part_id, 400)
-    assert any(line.startswith("CONFLICT:") for line in told.warnings)
-    assert told.poses[0].index == model.poses[2].index
+    statistics = learnt(tuned, model.part_id, 400)
+    assert any(line.startswith("CONFLICT:") for line in statistics.warnings)
+    assert statistics.poses[0].index == model.poses[2].index
 
 
 def test_counts_stay_in_another_scene_and_begin_anew_on_another_plate(tuned, model):
@@ -321,14 +324,20 @@ def test_counts_go_on_where_the_plate_brings_its_round_sides(tuned, tmp_path):
         assert tuned.set(**values) == {}
     drum = tuned.good("estimate", part=flat(prism(64, 0.01, 0.02), new_id())).statistics
     counting(tuned).publish(counted(drum, [30, 20]))
-    before = learnt(tuned, drum.part_id, 50)
+    learnt_before = learnt(tuned, drum.part_id, 50)
     file.write_text(yaml.safe_dump({"plates": {"glass": {**glass, **fitted}}}))
     assert tuned.set(plate="glass") == {}
-    after = until(
-        lambda: (told := latched(tuned, drum.part_id)).round_sides == 96 and told
+    learnt_after = until(
+        lambda: (
+            (candidate := latched(tuned, drum.part_id)).round_sides == 96 and candidate
+        )
     )
-    assert (before.round_sides, after.observed, after.method) == (192, 50, "observed")
-    assert counts(after.poses) == counts(before.poses)
+    assert (learnt_before.round_sides, learnt_after.observed, learnt_after.method) == (
+        192,
+        50,
+        "observed",
+    )
+    assert counts(learnt_after.poses) == counts(learnt_before.poses)
 
 
 def test_a_cell_that_changes_is_told_and_one_that_does_not_is_not(tuned, model):

@@ -41,8 +41,8 @@ def test_five_lines_once_a_second_and_an_idle_node_hardly_computes(cell, shared_
     for message, _ in heard:
         assert {line.hardware_id for line in message.status} == {platform.node()}
         assert [line.name for line in message.status] == [
-            f"pose_stats: {about}"
-            for about in ("parts", "counts", "jobs", "flips", "recording")
+            f"pose_stats: {name}"
+            for name in ("parts", "counts", "jobs", "flips", "recording")
         ]
     assert began < stamps[-1] < time.time() and stamps == sorted(stamps)
     assert heard[-1][1] - heard[0][1] < 0.6 * (len(heard) - 1)
@@ -65,7 +65,7 @@ def test_queue_running_job_and_flips(cell):
     health = Health(cell)
     part_id = known_part(cell)
     jobs = [start(cell, part_id, LONG, seed=seed) for seed in (1, 2, 3)]
-    sent = [
+    messages = [
         goals.send(part_id=part_id, kick_height=0.012, drops=500_000, seed=seed)
         for seed in (1, 2)
     ]
@@ -85,7 +85,7 @@ def test_queue_running_job_and_flips(cell):
         and values["answers queued"] == "0"
         and f"'{part_id}'" in line.message
     )
-    for goal in reversed(sent):
+    for goal in reversed(messages):
         goal.cancel()
         goal.result()
     goals.close()
@@ -95,7 +95,7 @@ def test_what_is_refused_or_comes_in_floods_is_a_warning(tuned, node):
     publisher = MeshPublisher(tuned).matched()
     health = Health(tuned)
     part_id = new_id()
-    before = int(health.line("parts")[1]["refused"])
+    refused_before = int(health.line("parts")[1]["refused"])
     publisher.publish(flat((0.0 * WEDGE[0], WEDGE[1]), "crushed"))
     for number in range(
         35, 141, 35
@@ -111,7 +111,9 @@ def test_what_is_refused_or_comes_in_floods_is_a_warning(tuned, node):
         "parts", lambda _, values: part_id in values["floods"]
     )
     assert line.level == DiagnosticStatus.WARN and "crushed" in line.message
-    assert int(values["refused"]) == before + 1  # though two subscriptions had it
+    assert (
+        int(values["refused"]) == refused_before + 1
+    )  # though two subscriptions had it
     flood = f"a flood: more than 60 of meshes of part '{part_id}'"
     assert node.says(flood).log.count(flood) == 1
     assert {"parts", "meshes waiting", "overrun"} <= values.keys()

@@ -74,7 +74,7 @@ def test_the_largest_numbers_of_a_request(cell):
 
 def test_a_nested_mesh_in_a_request_has_a_bound_on_its_vertices_too(cell):
     corner = mesh(WEDGE).vertices[0]
-    many = Mesh(vertices=[corner] * 30_001, triangles=mesh(WEDGE).triangles)
+    mesh_ = Mesh(vertices=[corner] * 30_001, triangles=mesh(WEDGE).triangles)
     assert "at most 30000 vertices" in cell.refused(
-        "estimate", part=PartMesh(mesh=many)
+        "estimate", part=PartMesh(mesh=mesh_)
     )

@@ -34,17 +34,17 @@ def part(tmp_path_factory):
 @pytest.mark.long
 def test_the_node_learns_the_plate_while_the_planner_looks(domain, tmp_path, part):
     """Both are there before the node: the planner's mesh is latched."""
-    given = "--ros-args", "-r", "__ns:=/shown", *parameters(file=part, unit="mm")
+    arguments = "--ros-args", "-r", "__ns:=/shown", *parameters(file=part, unit="mm")
     with (
         Running(
             Path(sys.executable).with_name("example_planner"),
-            *given,
+            *arguments,
             *parameters(wanted=[0, 2]),
         ) as planner,
         Running(
             sys.executable,
             ROOT / "lab/demo/camera.py",
-            *given,
+            *arguments,
             *parameters(batch=20, period=0.05),
         ) as camera,
         cell_of(domain, tmp_path, "shown") as (node, client),
@@ -89,17 +89,23 @@ def test_the_camera_hands_on_what_was_detected():
         ],
     )
     module = sys.modules[EXECUTABLES["example_camera"].load().__module__]
-    seen = {one.part_id: one for one in module.observed_parts(message)}
+    observed = {
+        parts_of_picture.part_id: parts_of_picture
+        for parts_of_picture in module.observed_parts(message)
+    }
     assert {
-        name: [pose.position.x for pose in one.poses] for name, one in seen.items()
+        name: [pose.position.x for pose in parts_of_picture.poses]
+        for name, parts_of_picture in observed.items()
     } == {"bolt": [0.7, 0.9], "nut": [0.6]}
-    for one in seen.values():
-        assert list(one.confidence) == [pose.position.x for pose in one.poses]
-        assert one.header.frame_id == "plate"
+    for parts_of_picture in observed.values():
+        assert list(parts_of_picture.confidence) == [
+            pose.position.x for pose in parts_of_picture.poses
+        ]
+        assert parts_of_picture.header.frame_id == "plate"
 
 
 @pytest.mark.parametrize(
-    ("name", "values", "said"),
+    ("name", "values", "words"),
     [
         ("planner", {}, "file:="),
         ("planner", {"file": "missing.stl", "wanted": "[0]"}, "missing.stl"),
@@ -111,7 +117,7 @@ def test_the_camera_hands_on_what_was_detected():
     ],
 )
 def test_bad_arguments_are_told_in_one_line(
-    domain, part, monkeypatch, capsys, name, values, said
+    domain, part, monkeypatch, capsys, name, values, words
 ):
     values = {key: str(value).format(part=part) for key, value in values.items()}
     monkeypatch.setattr(sys, "argv", [name, "--ros-args", *parameters(**values)])
@@ -120,4 +126,4 @@ def test_bad_arguments_are_told_in_one_line(
     finally:
         rclpy.try_shutdown()
     [line] = complaints(capsys.readouterr().err)
-    assert status == 2 and line.startswith(f"example_{name}: ") and said in line
+    assert status == 2 and line.startswith(f"example_{name}: ") and words in line

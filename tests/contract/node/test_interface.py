@@ -46,10 +46,10 @@ def test_the_graph_has_every_name_under_its_type(cell, look, expected):
 
     def holds():
         try:
-            seen = {name: kind for name, (kind,) in look(cell.node)}
+            topics = {name: kind for name, (kind,) in look(cell.node)}
         except RCLError:  # its services answer before its name is known
             return False
-        return all(seen.get(name) == kind for name, kind in expected.items())
+        return all(topics.get(name) == kind for name, kind in expected.items())
 
     until(holds, f"the graph to tell {expected}")
 
@@ -86,7 +86,7 @@ def test_messages_have_their_fields(name):
 
 
 @pytest.mark.parametrize(
-    "made",
+    "kind",
     [
         msg.PartMesh,
         srv.EstimatePoses.Request,
@@ -94,8 +94,8 @@ def test_messages_have_their_fields(name):
         action.SimulateDrops.Goal,
     ],
 )
-def test_what_is_not_filled_in_is_left_to_the_node(made):
-    message = made()
+def test_what_is_not_filled_in_is_left_to_the_node(kind):
+    message = kind()
     assert (message.restitution, message.drop_height) == (-1.0, -1.0)
     assert getattr(message, "unit", 1.0) == 1.0
 
@@ -119,11 +119,11 @@ def test_a_goal_is_what_starts_a_simulation():
 
 def test_parameters_have_their_defaults_types_and_descriptions(cell, shared_node):
     values = cell.call("get_parameters", names=list(DEFAULTS)).values
-    told = {
+    parameters = {
         name: parameter_value_to_python(value)
         for name, value in zip(DEFAULTS, values, strict=True)
     }
-    assert told == {**DEFAULTS, "log_directory": str(shared_node.log_directory)}
+    assert parameters == {**DEFAULTS, "log_directory": str(shared_node.log_directory)}
     for described in cell.call("describe_parameters", names=list(DEFAULTS)).descriptors:
         default = DEFAULTS[described.name]
         assert (

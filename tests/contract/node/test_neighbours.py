@@ -88,16 +88,18 @@ def assert_serves(client):
 
 def changed(random, data):
     """Serialised bytes with one thing wrong."""
-    data, place = bytearray(data), random.randrange(len(data))
+    data, position = bytearray(data), random.randrange(len(data))
     match random.randrange(5):
         case 0:
-            data[place] ^= 1 << random.randrange(8)
+            data[position] ^= 1 << random.randrange(8)
         case 1:
-            del data[place:]
+            del data[position:]
         case 2:
-            data[place:place] = random.randbytes(random.randrange(1, 20))
+            data[position:position] = random.randbytes(random.randrange(1, 20))
         case 3:
-            data[place & ~3 : (place & ~3) + 4] = random.choice((b"\xff" * 4, bytes(4)))
+            data[position & ~3 : (position & ~3) + 4] = random.choice(
+                (b"\xff" * 4, bytes(4))
+            )
         case 4:
             data[1] ^= 1  # the other order of bytes
     return bytes(data)
@@ -105,7 +107,7 @@ def changed(random, data):
 
 def sound_messages(client, kind):
     """Serialised messages of a kind that the node would take."""
-    told = client.good("estimate", part=flat(WEDGE, "part")).statistics
+    statistics = client.good("estimate", part=flat(WEDGE, "part")).statistics
     messages = {
         PartMesh: [
             flat(WEDGE, "part", restitution=0.3),
@@ -113,9 +115,13 @@ def sound_messages(client, kind):
             flat(WEDGE),
         ],
         Mesh: [mesh(WEDGE)],
-        PoseCounts: [counted(told, [3, 4, 5])],
+        PoseCounts: [counted(statistics, [3, 4, 5])],
         ObservedParts: [
-            picture("part", *map(lying, told.poses), confidence=[1.0] * len(told.poses))
+            picture(
+                "part",
+                *map(lying, statistics.poses),
+                confidence=[1.0] * len(statistics.poses),
+            )
         ],
     }[kind]
     return [bytes(serialize_message(message)) for message in messages]
@@ -124,9 +130,9 @@ def sound_messages(client, kind):
 def test_published_bytes_with_something_wrong(node, client):
     random = Random(1)
     health = Health(client)
-    before = int(health.line("parts")[1]["refused"])
+    refused_before = int(health.line("parts")[1]["refused"])
     size = memory(node.process.pid, "VmHWM")
-    known = MeshPublisher(client).matched()
+    publisher_of_parts = MeshPublisher(client).matched()
     for kind, topic in TOPICS.items():
         publisher = MeshPublisher(client, topic, kind).matched()
         sound = sound_messages(client, kind)
@@ -137,13 +143,13 @@ def test_published_bytes_with_something_wrong(node, client):
                 *(changed(random, random.choice(sound)) for _ in range(AT_ONCE))
             )
             part_id = new_id()
-            known.publish(flat(WEDGE, part_id))
+            publisher_of_parts.publish(flat(WEDGE, part_id))
             latched(client, part_id)
     health.eventually(
         "parts",
         lambda _, values: (
             values["meshes waiting"] == "0"
-            and int(values["refused"]) > before + len(TOPICS) * PUBLISHED // 5
+            and int(values["refused"]) > refused_before + len(TOPICS) * PUBLISHED // 5
         ),
     )
     assert memory(node.process.pid, "VmHWM") - size < MOST_GROWTH
@@ -161,33 +167,36 @@ def claim(text, *numbers, order="<", zeros=MEGABYTE):
 
 def test_claims_of_gigabytes_cost_no_memory(node, client):
     """Nor does a mesh of which the deserialiser would make 25 times as much."""
-    many = 2**32 - 1
+    huge = 2**32 - 1
     claims = {
         Mesh: [
-            claim("I", many),
-            claim("II", 0, many),
+            claim("I", huge),
+            claim("II", 0, huge),
             claim("I", 7 * 2**18, zeros=9 * MEGABYTE),
-            claim("I", many, order=">", zeros=MEGABYTE // 4),
+            claim("I", huge, order=">", zeros=MEGABYTE // 4),
             claim("II", 0, 32 * MEGABYTE // 24, order=">", zeros=32 * MEGABYTE),
         ],
         PartMesh: [
-            claim("IIIBxxxIBxxxI", 0, 0, 1, 0, 1, 0, many),
-            claim("III", 0, 0, many),
+            claim("IIIBxxxIBxxxI", 0, 0, 1, 0, 1, 0, huge),
+            claim("III", 0, 0, huge),
         ],
-        PoseCounts: [claim("III", 0, 0, many, zeros=MEGABYTE // 2)],
+        PoseCounts: [claim("III", 0, 0, huge, zeros=MEGABYTE // 2)],
         ObservedParts: [
-            claim("IIIII", 0, 0, 0, 0, many, zeros=MEGABYTE // 2),
-            claim("IIIII", 0, 0, 0, 0, many, order=">", zeros=MEGABYTE // 4),
+            claim("IIIII", 0, 0, 0, 0, huge, zeros=MEGABYTE // 2),
+            claim("IIIII", 0, 0, 0, 0, huge, order=">", zeros=MEGABYTE // 4),
         ],
     }
     health = Health(client)
-    before = int(health.line("parts")[1]["refused"])
+    refused_before = int(health.line("parts")[1]["refused"])
     size = memory(node.process.pid, "VmHWM")
     for kind, messages in claims.items():
         MeshPublisher(client, TOPICS[kind], kind).matched().publish(*messages)
-    sent = len({(kind, len(message)) for kind in claims for message in claims[kind]})
+    claim_count = len(
+        {(kind, len(message)) for kind in claims for message in claims[kind]}
+    )
     health.eventually(
-        "parts", lambda _, values: int(values["refused"]) >= before + sent
+        "parts",
+        lambda _, values: int(values["refused"]) >= refused_before + claim_count,
     )
     assert memory(node.process.pid, "VmHWM") - size < MOST_GROWTH
 
@@ -299,13 +308,13 @@ def test_two_nodes_have_parts_and_jobs_of_their_own(cell, tuned):
     assert first.part_digest != second.part_digest
     jobs = [start(client, part_id, 500, seed=1) for client in (cell, tuned)]
     assert len(set(jobs)) == 2
-    for client, job_id, other, told in zip(
+    for client, job_id, foreign_job, statistics in zip(
         (cell, tuned), jobs, reversed(jobs), (first, second), strict=True
     ):
         assert finished(client, job_id).drops_done == 500
-        assert other not in client.call("list_drop_simulations").job_id
+        assert foreign_job not in client.call("list_drop_simulations").job_id
         with client.late_joiner() as joiner:
-            assert joiner.wait(part_id).part_digest == told.part_digest
+            assert joiner.wait(part_id).part_digest == statistics.part_digest
 
 
 def test_a_service_of_rclpy_s_own_may_have_clients_that_cannot_hear(cell):
@@ -321,11 +330,11 @@ def test_a_service_of_rclpy_s_own_may_have_clients_that_cannot_hear(cell):
         type_name="a/msg/B", type_hash="RIHS01_" + 64 * "0"
     )
     for _ in range(10):
-        asked = deaf.call_async(unknown)
+        unanswered = deaf.call_async(unknown)
         assert not ask_until_answered(hearing, unknown).successful
     cell.good("estimate", part_id=known_part(cell))
-    assert not asked.done()
-    cell.run(lambda: [cell.node.destroy_client(one) for one in (hearing, deaf)])
+    assert not unanswered.done()
+    cell.run(lambda: [cell.node.destroy_client(client) for client in (hearing, deaf)])
 
 
 def test_clients_that_cannot_hear_are_named_and_the_others_served(cell, shared_node):
@@ -336,11 +345,11 @@ def test_clients_that_cannot_hear_are_named_and_the_others_served(cell, shared_n
         f"{cell.prefix}/estimate",
         qos_profile=QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL),
     )
-    asked = []
+    unanswered = []
     for _ in range(10):
-        asked.append(deaf.call_async(srv.EstimatePoses.Request(part_id=part_id)))
+        unanswered.append(deaf.call_async(srv.EstimatePoses.Request(part_id=part_id)))
         cell.good("estimate", part_id=part_id)
     shared_node.says("]: ~/estimate: an answer could not be delivered")
     cell.good("estimate", part_id=part_id)
-    assert not any(one.done() for one in asked)
+    assert not any(future.done() for future in unanswered)
     cell.run(lambda: cell.node.destroy_client(deaf))

@@ -34,14 +34,14 @@ def value_of(client, name):
     return value
 
 
-def assert_refused(client, name, value, *said):
+def assert_refused(client, name, value, *words):
     """In one line that names it, and nothing changes."""
-    before = value_of(client, name)
+    value_before = value_of(client, name)
     reason = client.set(**{name: value}).get(name)
     assert reason is not None, f"{name} = {value} was accepted"
     assert "\n" not in reason and name.replace("_", " ") in reason.replace("_", " ")
-    assert all(word in reason for word in said), reason
-    assert value_of(client, name) == before
+    assert all(word in reason for word in words), reason
+    assert value_of(client, name) == value_before
 
 
 class TestRefusals:
@@ -68,7 +68,7 @@ class TestRefusals:
             assert tuned.set(**{name: value}) == {}
 
     @pytest.mark.parametrize(
-        ("name", "value", "said"),
+        ("name", "value", "words"),
         [
             ("restitution", 1.0, "below 1"),
             ("drop_height", 0.0, "0.0"),
@@ -83,8 +83,8 @@ class TestRefusals:
             ("plate_frame", "red\x1b[2J", "500 printable"),
         ],
     )
-    def test_wrong_types_and_words(self, tuned, name, value, said):
-        assert_refused(tuned, name, value, said)
+    def test_wrong_types_and_words(self, tuned, name, value, words):
+        assert_refused(tuned, name, value, words)
 
     @pytest.mark.parametrize("name", sorted(FIXED))
     def test_what_holds_for_the_run_cannot_be_changed(self, tuned, name):
@@ -111,11 +111,11 @@ class TestScene:
     def test_known_parts_are_estimated_again_and_latched(self, tuned):
         parts = [known_part(tuned) for _ in range(3)]
         with tuned.late_joiner() as joiner:
-            before = {part_id: joiner.wait(part_id) for part_id in parts}
+            results_before = {part_id: joiner.wait(part_id) for part_id in parts}
             assert tuned.set(restitution=0, max_job_seconds=5, drop_height=2) == {}
             for part_id in parts:
-                new = joiner.wait(part_id, lambda told: told.restitution == 0.0)
-                assert new.revision > before[part_id].revision
+                new = joiner.wait(part_id, lambda result: result.restitution == 0.0)
+                assert new.revision > results_before[part_id].revision
         assert tuned.good("estimate", part_id=parts[0]).statistics.restitution == 0.0
 
     def test_a_simulation_of_the_old_scene_makes_room_and_comes_back_with_it(
@@ -126,26 +126,30 @@ class TestScene:
         with tuned.late_joiner() as joiner:
             assert joiner.wait(part_id).drops == 5000
             tuned.set(restitution=0.25)
-            told = joiner.wait(
-                part_id, lambda told: told.restitution == 0.25 and told.drops
+            result = joiner.wait(
+                part_id, lambda result: result.restitution == 0.25 and result.drops
             )
-            assert not told.job_id
+            assert not result.job_id
             tuned.set(restitution=0.5)
-            told = joiner.wait(part_id, lambda again: again.revision > told.revision)
-            assert (told.restitution, told.drops) == (0.5, 5000)
+            result = joiner.wait(
+                part_id, lambda later_result: later_result.revision > result.revision
+            )
+            assert (result.restitution, result.drops) == (0.5, 5000)
 
     def test_method_plate_frame_and_numbering(self, tuned):
         part_id = known_part(tuned)
         with tuned.late_joiner() as joiner:
             first = joiner.wait(part_id)
             tuned.set(default_method="csae")
-            joiner.wait(part_id, lambda told: told.method == "csae")
+            joiner.wait(part_id, lambda result: result.method == "csae")
             tuned.set(plate="brass")
-            joiner.wait(part_id, lambda told: told.plate == "brass")
+            joiner.wait(part_id, lambda result: result.plate == "brass")
             tuned.set(plate_frame="tray")
-            joiner.wait(part_id, lambda told: told.header.frame_id == "tray")
+            joiner.wait(part_id, lambda result: result.header.frame_id == "tray")
             tuned.set(cluster_tolerance=0.1)
-            coarse = joiner.wait(part_id, lambda told: told.cluster_tolerance == 0.1)
+            coarse = joiner.wait(
+                part_id, lambda result: result.cluster_tolerance == 0.1
+            )
             assert all(b.revision > a.revision for a, b in pairwise(joiner.of(part_id)))
         assert len(coarse.poses) < len(first.poses)
 
@@ -157,8 +161,12 @@ class TestScene:
             restitution=0.25, plate="oak", max_job_seconds=1.0, cluster_tolerance=0.0
         )
         until(lambda: get(tuned, job_id).drops_done > 500)
-        told = cancelled(tuned, job_id).statistics
-        assert (told.restitution, told.cluster_tolerance, told.plate) == (
+        statistics = cancelled(tuned, job_id).statistics
+        assert (
+            statistics.restitution,
+            statistics.cluster_tolerance,
+            statistics.plate,
+        ) == (
             0.5,
             0.0025,
             "brass",
@@ -183,20 +191,26 @@ class TestPlates:
         part_id = known_part(tuned)
         for values in ({"plates": file}, {"plate": "glass"}):
             assert tuned.set(restitution=0.7, drop_height=2.0, **values) == {}
-        told = until(lambda: (one := latched(tuned, part_id)).plate == "glass" and one)
-        assert (told.restitution, told.plate_error, told.round_sides) == (
+        result = until(
+            lambda: (
+                (candidate := latched(tuned, part_id)).plate == "glass" and candidate
+            )
+        )
+        assert (result.restitution, result.plate_error, result.round_sides) == (
             0.3,
             0.021,
             96,
         )
-        told = tuned.good(
+        result = tuned.good(
             "estimate", part_id=part_id, method="split", drop_height=1.0
         ).statistics
-        assert (told.restitution, told.drop_height) == (0.3, 1.0)
+        assert (result.restitution, result.drop_height) == (0.3, 1.0)
         assert tuned.set(plate="felt") == {}
         assert (
             until(
-                lambda: (one := latched(tuned, part_id)).plate == "felt" and one
+                lambda: (
+                    (candidate := latched(tuned, part_id)).plate == "felt" and candidate
+                )
             ).round_sides
             == 192
         )
@@ -207,11 +221,11 @@ class TestPlates:
     ):
         assert tuned.set(plates=str(tmp_path / "none.yaml")) == {}
         assert tuned.set(plates=plates(glass=GLASS)) == {}
-        told = tuned.good("estimate", part_id=known_part(tuned)).statistics
-        assert (told.restitution, told.plate_error) == (0.5, 0.05)
+        statistics = tuned.good("estimate", part_id=known_part(tuned)).statistics
+        assert (statistics.restitution, statistics.plate_error) == (0.5, 0.05)
 
     @pytest.mark.parametrize(
-        ("text", "said"),
+        ("text", "words"),
         [
             ("plates: {glass", "YAML"),
             ("[1, 2]", "top"),
@@ -227,9 +241,9 @@ class TestPlates:
             ),
         ],
     )
-    def test_what_is_no_file_of_plates(self, tuned, tmp_path, text, said):
+    def test_what_is_no_file_of_plates(self, tuned, tmp_path, text, words):
         (tmp_path / "plates.yaml").write_text(text)
-        assert_refused(tuned, "plates", str(tmp_path / "plates.yaml"), said)
+        assert_refused(tuned, "plates", str(tmp_path / "plates.yaml"), words)
 
 
 class TestBoundsOfWork:

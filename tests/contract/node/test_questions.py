@@ -52,8 +52,8 @@ class TestDropping:
             ("passes", 1.0 / share),
             ("accepted_per_minute", RATE * share),
         ):
-            low, told, high = interval(answer, name)
-            assert told == pytest.approx(value, rel=1e-9) and low < told < high
+            low, planned, high = interval(answer, name)
+            assert planned == pytest.approx(value, rel=1e-9) and low < planned < high
         assert answer.accepted_low > 0.0 and answer.accepted_high < 1.0
         assert interval(answer, "flips") == (0.0, 0.0, 0.0)
         drops = latched(cell, part_id).drops
@@ -85,18 +85,18 @@ class TestFlips:
             np.eye(len(wrong)) - moves[np.ix_(wrong, wrong)], np.ones(len(wrong))
         )
         flips = shares[wrong] @ needed
-        low, told, high = interval(answer, "flips")
-        assert told == pytest.approx(flips, rel=1e-9) and 0.0 < low < told < high
-        low, told, high = interval(answer, "accepted_per_minute")
-        assert told == pytest.approx(60.0 / (60.0 / RATE + CYCLE * flips), rel=1e-9)
-        assert low < told < high
+        low, value, high = interval(answer, "flips")
+        assert value == pytest.approx(flips, rel=1e-9) and 0.0 < low < value < high
+        low, value, high = interval(answer, "accepted_per_minute")
+        assert value == pytest.approx(60.0 / (60.0 / RATE + CYCLE * flips), rel=1e-9)
+        assert low < value < high
         assert (
             interval(answer, "accepted")
             == interval(answer, "passes")
             == (1.0, 1.0, 1.0)
         )
         assert " drops (hybrid) and " in answer.message
-        again = cell.good(
+        repeated = cell.good(
             "feeding",
             part_id=part_id,
             kick_height=KICK,
@@ -104,21 +104,23 @@ class TestFlips:
             rate=10.0,
             cycle_time=1.0,
         )
-        assert again.transition == answer.transition and again.flips != answer.flips
+        assert (
+            repeated.transition == answer.transition and repeated.flips != answer.flips
+        )
 
     def test_those_of_a_goal_serve_if_they_are_enough(self, cell):
         part_id = known_part(cell)
         goals = Goals(cell, "simulate_flips")
-        asked = {"part_id": part_id, "kick_height": 3 * KICK, **ASKED}
+        fields = {"part_id": part_id, "kick_height": 3 * KICK, **ASKED}
         goals.send(part_id=part_id, kick_height=3 * KICK, drops=1, seed=5).result()
-        few = cell.good("feeding", **asked)
-        _, many = goals.send(
+        unplanned = cell.good("feeding", **fields)
+        _, flipped = goals.send(
             part_id=part_id, kick_height=3 * KICK, drops=3000, seed=5
         ).result()
-        answer = cell.good("feeding", **asked)
+        answer = cell.good("feeding", **fields)
         goals.close()
-        assert answer.transition == many.transition != few.transition
-        assert f"{sum(many.flips)} flips" in answer.message
+        assert answer.transition == flipped.transition != unplanned.transition
+        assert f"{sum(flipped.flips)} flips" in answer.message
 
     def test_neither_drops_nor_goals_are_in_the_way(self, cell):
         """Both run for minutes meanwhile, and go on afterwards."""
@@ -147,33 +149,36 @@ class TestFlips:
             for _ in range(3)
         ]
         tuned.good("get_statistics", part_id=part_id)
-        assert not any(one.done() for one in late)
-        answers = [wait_for(one) for one in late]
+        assert not any(future.done() for future in late)
+        answers = [wait_for(future) for future in late]
         assert all(answer.success for answer in answers)
         assert len({answer.message for answer in answers}) == 1
 
     def test_the_node_s_own_kick(self, tuned):
         assert tuned.set(flip_height=KICK, drops=300) == {}
-        asked = {"part_id": known_part(tuned), **ASKED}
-        own = tuned.good("feeding", kick_height=-1.0, **asked)
+        fields = {"part_id": known_part(tuned), **ASKED}
+        answer = tuned.good("feeding", kick_height=-1.0, **fields)
         assert (
-            own == tuned.good("feeding", kick_height=KICK, **asked) and own.flips > 0.0
+            answer == tuned.good("feeding", kick_height=KICK, **fields)
+            and answer.flips > 0.0
         )
-        assert tuned.good("feeding", **asked).flips == 0.0
+        assert tuned.good("feeding", **fields).flips == 0.0
         tuned.set(flip_height=0.0)
-        assert tuned.good("feeding", kick_height=-1.0, **asked).flips == 0.0
+        assert tuned.good("feeding", kick_height=-1.0, **fields).flips == 0.0
 
     def test_a_full_queue_is_refused(self, tuned, node):
         assert tuned.set(drops=10**7, max_job_seconds=0.6, max_queued_jobs=1) == {}
         part_id = known_part(tuned)
         tuned.service("feeding")
         with standing(node.process.pid):  # all are there at once
-            sent = [
+            futures = [
                 tuned.send("feeding", part_id=part_id, kick_height=n * KICK, **ASKED)
                 for n in range(1, 7)
             ]
-        first, *others = [wait_for(one) for one in sent]
-        assert first.success and any("max_queued_jobs" in one.message for one in others)
+        first, *others = [wait_for(future) for future in futures]
+        assert first.success and any(
+            "max_queued_jobs" in future.message for future in others
+        )
         tuned.set(
             max_queued_jobs=0
         )  # a question that was accepted needs no further place
@@ -208,7 +213,7 @@ class TestPlan:
             )
         )
         part_id = new_id()
-        shown = cell.good("estimate", part=flat(WEDGE, part_id)).statistics
+        statistics = cell.good("estimate", part=flat(WEDGE, part_id)).statistics
         flip(cell, part_id, 0.03, 0.011)
         answer = cell.good(
             "feeding",
@@ -219,7 +224,7 @@ class TestPlan:
             kick_heights=[0.03, 0.011],
             **ASKED,
         )
-        told = answer_json(
+        printed = answer_json(
             "feeding",
             file,
             "--unit",
@@ -241,20 +246,22 @@ class TestPlan:
             "--seed",
             1,
         )
-        assert told["part_digest"] == shown.part_digest
+        assert printed["part_digest"] == statistics.part_digest
         names = [
             {answer.PICK: "pick", answer.FLIP: "flip", answer.LEAVE: "leave"}[action]
             for action in answer.action
         ]
-        assert names == told["actions"] and "flip" in names
+        assert names == printed["actions"] and "flip" in names
         assert (
             answer.kick_height,
             answer.parts_on_plate,
             answer.kicks,
             answer.pickable,
-        ) == tuple(told[name] for name in ("kick_height", "parts", "kicks", "pickable"))
+        ) == tuple(
+            printed[name] for name in ("kick_height", "parts", "kicks", "pickable")
+        )
         low, value, high = interval(answer, "parts_per_minute")
-        assert told["per_minute"] == {"value": value, "low": low, "high": high}
+        assert printed["per_minute"] == {"value": value, "low": low, "high": high}
         assert answer.kick_height > 0.0 and answer.flips > 0.0 and low < value < high
         assert "a kick height of 0 m" in cell.refused(
             "feeding",
@@ -285,38 +292,40 @@ class TestPlan:
 
     def test_flips_that_were_counted_take_the_place_of_the_model_s(self, cell):
         part_id = known_part(cell)
-        shown = latched(cell, part_id)
-        asked = {
+        statistics = latched(cell, part_id)
+        fields = {
             "part_id": part_id,
             "kick_height": 0.011,
             "feeder_speed": "slow",
             **ASKED,
         }
-        assert "got 'slow'; there is none" in cell.refused("feeding", **asked)
-        before = shown.poses[0].index
+        assert "got 'slow'; there is none" in cell.refused("feeding", **fields)
+        from_pose = statistics.poses[0].index
         flip(cell, part_id, 0.011)
         counting(cell).publish(
             *(
-                counted(shown, [1, 2], from_pose=before, feeder_speed=speed)
+                counted(statistics, [1, 2], from_pose=from_pose, feeder_speed=speed)
                 for speed in ("", "slow")
             )
         )
-        told = until(lambda: (one := cell.call("feeding", **asked)).success and one)
+        answer = until(
+            lambda: (candidate := cell.call("feeding", **fields)).success and candidate
+        )
         counts = np.zeros((POSES, POSES), np.int64)
-        counts[before, [shown.poses[0].index, shown.poses[1].index]] = 1, 2
+        counts[from_pose, [statistics.poses[0].index, statistics.poses[1].index]] = 1, 2
         model = simulate_flips(library_part(WEDGE), 0.011, 10_000 // POSES, seed=1)
         expected = learn_flips([model], counts)
         np.testing.assert_allclose(
-            told.transition, expected.transition.ravel(), rtol=1e-12
+            answer.transition, expected.transition.ravel(), rtol=1e-12
         )
         assert "'fast'; there is 'slow'" in cell.refused(
-            "feeding", **{**asked, "feeder_speed": "fast"}
+            "feeding", **{**fields, "feeder_speed": "fast"}
         )
 
 
 @pytest.mark.parametrize("kick", [0.0, KICK])
 @pytest.mark.parametrize(
-    ("asked", "said"),
+    ("fields", "words"),
     [
         ({"part_id": "nobody"}, "'nobody'"),
         ({"wanted": [POSES]}, f"got {POSES}"),
@@ -333,21 +342,21 @@ class TestPlan:
         ),
     ],
 )
-def test_what_is_no_question_is_refused_in_one_line(cell, asked, said, kick):
-    fields = {"part_id": known_part(cell), "kick_height": kick, **ASKED, **asked}
-    assert said in cell.refused("feeding", **fields)
+def test_what_is_no_question_is_refused_in_one_line(cell, fields, words, kick):
+    request = {"part_id": known_part(cell), "kick_height": kick, **ASKED, **fields}
+    assert words in cell.refused("feeding", **request)
 
 
 def test_where_every_pose_is_wanted_there_is_nothing_to_do(cell):
     part_id = new_id()
-    told = cell.good("estimate", part=flat(WEDGE, part_id)).statistics
+    statistics = cell.good("estimate", part=flat(WEDGE, part_id)).statistics
     answer = cell.good(
         "feeding",
         part_id=part_id,
         kick_height=KICK,
         rate=30.0,
         cycle_time=1.0,
-        wanted=list(range(len(told.poses))),
+        wanted=list(range(len(statistics.poses))),
     )
     assert (answer.accepted, answer.flips, answer.accepted_per_minute) == (
         1.0,
@@ -387,23 +396,25 @@ def areas(outline):
 def test_a_hole_where_it_is_seen_and_a_gap_where_it_is_cut(cell, washer):
     answer = cell.good("get_statistics", part_id=washer, heights=[-1.0, OUTER])
     [result] = answer.statistics
-    asked = [
+    heights_of_poses = [
         (pose.pose_id, height) for pose in result.poses for height in (-1.0, OUTER)
     ]
-    assert [(one.pose_id, one.height) for one in answer.outlines] == asked
+    assert [
+        (outline.pose_id, outline.height) for outline in answer.outlines
+    ] == heights_of_poses
     flat_ones = on_edge = 0
-    for pose, seen, cut in zip(
+    for pose, silhouette, cut in zip(
         result.poses, answer.outlines[::2], answer.outlines[1::2], strict=True
     ):
         if math.isclose(pose.top, HIGH, rel_tol=1e-6):
             flat_ones += 1
-            boundary, hole = areas(seen)
+            boundary, hole = areas(silhouette)
             assert boundary == pytest.approx(POLYGON * OUTER**2, rel=1e-6)
             assert hole == pytest.approx(-POLYGON * INNER**2, rel=1e-6)
             assert len(cut.corners) == 0  # it is lower than that
         else:  # on its edge, cut through the axis, give or take a facet
             on_edge += 1
-            [boundary] = areas(seen)
+            [boundary] = areas(silhouette)
             assert boundary == pytest.approx(2.0 * OUTER * HIGH, rel=0.01)
             assert len(cut.corners) == 2  # on both sides of the bore
             assert sum(areas(cut)) == pytest.approx(

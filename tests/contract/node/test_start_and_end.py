@@ -33,17 +33,17 @@ from .harness.slow import builder_at_work, ellipsoid, standing
 @pytest.fixture
 def refused(domain, tmp_path):
     """The line of a start that must be refused, in this process."""
-    return lambda *given: refusal(
+    return lambda *settings: refusal(
         "node",
         "--ros-args",
         "-p",
         f"log_directory:={tmp_path}",
-        *[word for one in given for word in ("-p", one)],
+        *[word for setting in settings for word in ("-p", setting)],
     )
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("arguments", "words"),
     [
         ("restitution:=2.5", ("restitution", "2.5", "below 1")),
         ("restitution:=.nan", ("restitution", "nan")),
@@ -57,15 +57,17 @@ def refused(domain, tmp_path):
         ("nonsense", ("nonsense",)),
     ],
 )
-def test_a_bad_parameter_is_refused_in_a_line_that_says_why(refused, given, said):
+def test_a_bad_parameter_is_refused_in_a_line_that_says_why(refused, arguments, words):
     line = (
-        refused(given, "plate:=glass") if given.startswith("plates") else refused(given)
+        refused(arguments, "plate:=glass")
+        if arguments.startswith("plates")
+        else refused(arguments)
     )
-    assert all(word in line for word in said), line
+    assert all(word in line for word in words), line
 
 
 @pytest.mark.parametrize(
-    ("entries", "said"),
+    ("entries", "words"),
     [
         ("[/a/clamp, /b/clamp]", "different part_id each"),
         ("['x=/a', 'x=/b']", "'x'"),
@@ -91,10 +93,10 @@ def test_a_bad_parameter_is_refused_in_a_line_that_says_why(refused, given, said
         ("['/" + "x" * 501 + "']", "mesh_topics"),
     ],
 )
-def test_mesh_topics_must_be_topics_with_a_name_each(refused, entries, said):
+def test_mesh_topics_must_be_topics_with_a_name_each(refused, entries, words):
     line = refused(f"mesh_topics:={entries}")
     assert "mesh_topics" in line or "part_id" in line
-    assert said in line, line
+    assert words in line, line
 
 
 def test_arguments_that_are_no_ros_arguments(refused):
@@ -155,8 +157,8 @@ def test_whole_numbers_lists_and_private_topics_are_taken(odd):
 def test_stamps_are_those_of_the_clock_that_stands_until_somebody_publishes_it(odd):
     """The node is ready, healthy and answers meanwhile."""
     Health(odd).line("jobs")
-    told = odd.good("estimate", part=flat(WEDGE, "wedge")).statistics
-    assert (told.header.stamp.sec, told.header.stamp.nanosec) == (0, 0)
+    statistics = odd.good("estimate", part=flat(WEDGE, "wedge")).statistics
+    assert (statistics.header.stamp.sec, statistics.header.stamp.nanosec) == (0, 0)
     finished(odd, start(odd, "wedge", 200))
     with odd.late_joiner() as joiner:
         joiner.wait("wedge")
@@ -211,16 +213,16 @@ def test_a_file_of_plates_is_a_small_file(refused, tmp_path):
     assert "a device" in refused("plates:=/dev/zero", "plate:=glass")
     file.unlink()
     lines = [
-        f"{name}: &{name} [{', '.join(9 * ['*' + before])}]"
-        for before, name in itertools.pairwise("abcdefghi")
+        f"{name}: &{name} [{', '.join(9 * ['*' + previous])}]"
+        for previous, name in itertools.pairwise("abcdefghi")
     ]
-    for text, said in (
+    for text, words in (
         ("\n".join(["a: &a [x]", *lines]), "values"),
         ("plates:\n" + "".join(f"  p{k}: x\n" for k in range(300)), "256 plates"),
         ("#" * 300_000, "262144 bytes"),
     ):
         file.write_text(text)
-        assert said in refused(f"plates:={file}", "plate:=glass")
+        assert words in refused(f"plates:={file}", "plate:=glass")
 
 
 ENDING = "expected a running node, got one that is ending; start it again"
@@ -290,37 +292,37 @@ def test_what_never_ends_keeps_nothing_from_ending(
 
 
 @pytest.mark.parametrize(
-    ("make", "said"),
+    ("make", "words"),
     [
         (lambda file: None, "newer"),
         (lambda file: os.mkfifo(file.with_name("pipe")), "pipe"),
     ],
 )
 def test_a_state_file_that_is_not_to_be_touched_is_refused(
-    refused, tmp_path, make, said
+    refused, tmp_path, make, words
 ):
     with sqlite3.connect(tmp_path / "newer") as link:
         link.execute("CREATE TABLE parts (part_id)")
         link.execute("PRAGMA user_version=99")
     make(tmp_path / "newer")
-    line = refused(f"state_file:={tmp_path / said}")
-    assert said in line and "state" in line
+    line = refused(f"state_file:={tmp_path / words}")
+    assert words in line and "state" in line
 
 
 @pytest.fixture(scope="module")
 def ended(domain, tmp_path_factory):
     """A node that was ended with its hands full; its folder, and what it told its clients."""
     folder = tmp_path_factory.mktemp("bags")
-    told = {}
+    outcomes = {}
     with cell_of(domain, folder, "ended", refine_drops=LONG) as (node, client):
         part_id = known_part(client)
         until(
             lambda: RUNNING in client.call("list_drop_simulations").state,
             "a refinement",
         )
-        told["running"] = start(client, part_id, LONG, seed=5)
-        told["queued"] = start(client, part_id, LONG, seed=6)
-        running_with_results(client, told["running"])
+        outcomes["running"] = start(client, part_id, LONG, seed=5)
+        outcomes["queued"] = start(client, part_id, LONG, seed=6)
+        running_with_results(client, outcomes["running"])
         goals = Goals(client)
         goal = goals.send(part_id=part_id, drops=LONG, seed=7)
         model = client.good("get_statistics", part_id=part_id).statistics[0]
@@ -333,7 +335,7 @@ def ended(domain, tmp_path_factory):
         client.service("feeding")
         slow = client.send("estimate", part=flat(ellipsoid(120_000), "long"))
         with standing(builder_at_work(node.process.pid)) as builder:
-            told["many"] = [
+            outcomes["many"] = [
                 client.send("estimate", part_id=part_id, restitution=0.3 + 1e-4 * k)
                 for k in range(200)
             ]
@@ -346,37 +348,43 @@ def ended(domain, tmp_path_factory):
                 kick_height=0.012,
             )
         node.stop(signal.SIGTERM)
-        told["waited"] = [wait_for(one) for one in (slow, feeding)]
-        told["many"] = [wait_for(one) for one in told["many"]]
-        told["goal"] = goal.result()[1]
+        outcomes["waited"] = [wait_for(future) for future in (slow, feeding)]
+        outcomes["many"] = [wait_for(future) for future in outcomes["many"]]
+        outcomes["goal"] = goal.result()[1]
         until(lambda: is_gone(builder), "the end of the builder")
         goals.close()
-    return folder, told
+    return folder, outcomes
 
 
 def test_jobs_are_cancelled_once_and_what_was_done_is_kept(ended):
-    folder, told = ended
-    found = ends(folder)
-    assert {told["running"], told["queued"], told["goal"].job_id} <= found.keys()
-    assert len(found) == 4  # with the refinement
-    for events in found.values():
+    folder, outcomes = ended
+    endings = ends(folder)
+    assert {
+        outcomes["running"],
+        outcomes["queued"],
+        outcomes["goal"].job_id,
+    } <= endings.keys()
+    assert len(endings) == 4  # with the refinement
+    for events in endings.values():
         assert [event.event for event in events] == [JobEvent.CANCELLED]
         assert events[0].message == "the node ended"
     last = [
-        one
-        for one in recorded(folder, "answers")
-        if one.job_id == told["running"] and one.final
+        answer
+        for answer in recorded(folder, "answers")
+        if answer.job_id == outcomes["running"] and answer.final
     ][-1]
-    assert last.drops == found[told["running"]][0].drops_done > 0
+    assert last.drops == endings[outcomes["running"]][0].drops_done > 0
 
 
 def test_whoever_waits_is_told(ended):
-    _, told = ended
-    assert not told["goal"].success and "the node ended" in told["goal"].message
-    slow, _ = told["waited"]
+    _, outcomes = ended
+    assert not outcomes["goal"].success and "the node ended" in outcomes["goal"].message
+    slow, _ = outcomes["waited"]
     assert not slow.success and slow.message == ENDING
     refused = {
-        one.message for one in (*told["waited"], *told["many"]) if not one.success
+        answer.message
+        for answer in (*outcomes["waited"], *outcomes["many"])
+        if not answer.success
     }
     assert refused == {ENDING}
 
@@ -385,6 +393,6 @@ def test_all_counts_that_had_come_and_no_half_built_part_are_recorded(ended):
     """ROS reads a text without its closing zero byte; other readers of CDR do not."""
     folder, _ = ended
     first, *counts = recorded(folder, "pose_counts")
-    assert [one.count[0] for one in counts] == list(range(300)) and not first.count
+    assert [count.count[0] for count in counts] == list(range(300)) and not first.count
     assert len(recorded(folder, "part_mesh")) == 1
     assert_readable_by_others(*bags_of(folder))

@@ -93,34 +93,34 @@ def large_part(begun, may_end):
 def test_a_large_part_that_is_asked_for_is_built_beside_quick_ones(lanes):
     begun = threading.Event()
     may_end = threading.Event()
-    known = large_part(begun, may_end)
+    large_one = large_part(begun, may_end)
     intake = Intake(equipment_of(lanes), None, None, None)
     try:
-        large = intake.build_known(known)
+        large = intake.build_known(large_one)
         assert begun.wait(60.0)
         assert lanes.put(lambda: "quick", Rank.KNOWN_PART).result(60.0) == "quick"
         assert not large.done()
     finally:
         may_end.set()
-    assert large.result(60.0) is known and known.is_built
+    assert large.result(60.0) is large_one and large_one.is_built
 
 
 def test_a_large_mesh_of_a_request_waits_behind_few_others(lanes):
     """Those that follow are refused, so that no client waits for an hour."""
     may_end = occupied(lanes, Lane.SLOW)
     order = []
-    coming = [
+    futures = [
         lanes.put(partial(order.append, number), Rank.KNOWN_PART, Lane.SLOW)
         for number in range(60)
     ]
-    sent = [
+    futures_of_requests = [
         lanes.put(partial(order.append, "sent"), Rank.REQUESTED_MESH, Lane.SLOW)
         for _ in range(9)
     ]
     may_end.set()
     with pytest.raises(RequestError, match="at most 8 large meshes"):
-        sent[-1].result(60.0)
-    coming[-1].result(60.0)
+        futures_of_requests[-1].result(60.0)
+    futures[-1].result(60.0)
     assert order == ["sent"] * 8 + list(range(60))
 
 
@@ -169,11 +169,13 @@ def test_an_older_mesh_of_a_name_comes_first_though_it_takes_long(lanes, rank):
 
 
 def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
-    said = []
-    done = threading.Event()
+    lines = []
+    checked_event = threading.Event()
     node = Mock()
     jobs = Mock(cancel_refinement=Mock(side_effect=OSError("no room")))
-    node.get_logger().error = lambda line: done.set() if said else said.append(line)
+    node.get_logger().error = lambda line: (
+        checked_event.set() if lines else lines.append(line)
+    )
     parts = {name: Mock(part_id=name) for name in ("first", "last")}
     equipment = equipment_of(
         lanes,
@@ -188,22 +190,23 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
     )
     refinement = Refinement(equipment, Mock(current=parts.get), jobs)
     may_end = occupied(lanes, Lane.CHECK)
-    for known in parts.values():
-        refinement.follow(known)
+    for part in parts.values():
+        refinement.follow(part)
     may_end.set()
     assert (
-        done.wait(60.0) and "'first' could not be refined: OSError: no room" in said[0]
+        checked_event.wait(60.0)
+        and "'first' could not be refined: OSError: no room" in lines[0]
     )
 
 
 def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
     begun = threading.Event()
     may_end = threading.Event()
-    known = large_part(begun, may_end)
-    known.counts.tally = Tally(Ground(Numbering(0.0, 0), ""), np.array([50]), 1)
+    large = large_part(begun, may_end)
+    large.counts.tally = Tally(Ground(Numbering(0.0, 0), ""), np.array([50]), 1)
     service = PlateFits(
         equipment_of(lanes, plate=""),
-        Mock(all=lambda: [known]),
+        Mock(all=lambda: [large]),
         None,
     )
     answers = [
@@ -263,10 +266,10 @@ def test_nothing_holds_on_to_a_mesh_that_is_refused():
     registry = PartRegistry(equipment_of(), SimpleNamespace(build=build))
     for _ in range(2):  # the second time its refusal is remembered
         request = PartRequest("clamp", *map(np.array, TETRAHEDRON))
-        left = weakref.ref(request)
+        reference = weakref.ref(request)
         assert "an open one" in failure(registry, request)
         del request
-        assert left() is None
+        assert reference() is None
 
 
 def test_a_part_that_the_end_of_the_node_keeps_from_being_shown_again_is_not_forgotten(
@@ -320,9 +323,9 @@ def test_a_refinement_that_gave_way_begins_again_though_the_client_cancels():
     def compute(job, part, listener, stop):
         runs.append(job.job_id)
         if len(runs) == 1:
-            asked = submit(refinement=False)
+            foreground = submit(refinement=False)
             assert stop.is_due()
-            jobs.cancel(asked.job_id, "cancelled by a client")
+            jobs.cancel(foreground.job_id, "cancelled by a client")
         complete = not stop.is_due()
         return stop.judge(Mock(drops=100 if complete else 1, warnings=()), complete, "")
 
@@ -363,10 +366,10 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     result = PoseStatistics(
         cluster_tolerance=0.0025, round_sides=192, poses=[StablePose()]
     )
-    known = known_part(PartSource(Mock()), equipment)
-    known.latched = LatchedResult(result, result, DropScene())
-    known.number_result = lambda *_: result
-    parts = Mock(current=lambda name: known)
+    part = known_part(PartSource(Mock()), equipment)
+    part.latched = LatchedResult(result, result, DropScene())
+    part.number_result = lambda *_: result
+    parts = Mock(current=lambda name: part)
     reports = job_reports.JobReports(equipment, parts)
     state.commit(
         state.put(job_reports.job_change(JobEvent(job_id="run_0000", event=2)))
@@ -376,7 +379,7 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     jobs = Jobs("run", reports, pytest.fail, lambda *_: outcome)
     job = jobs.submit(
         JobRequest("clamp", b"", DropScene(), 9, 1, 0.0, 600.0),
-        finished_future(known),
+        finished_future(part),
         Mock(max_queued_jobs=1),
     )
     job.finished.result(60.0)

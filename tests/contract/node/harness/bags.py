@@ -42,7 +42,7 @@ def files_of(bag):
 
 def raw(bag):
     """Topic and bytes of all whole messages of a bag, also of one that has no end."""
-    found = []
+    messages = []
     for path in files_of(bag):
         topics = {}
         with path.open("rb") as file, suppress(McapError, struct.error):
@@ -50,8 +50,8 @@ def raw(bag):
                 if isinstance(record, Channel):
                     topics[record.id] = record.topic
                 elif isinstance(record, Message):
-                    found.append((topics[record.channel_id], record.data))
-    return found
+                    messages.append((topics[record.channel_id], record.data))
+    return messages
 
 
 def message_of(topic, data):
@@ -83,15 +83,15 @@ def recorded(log_directory, topic):
 
 def ends(log_directory):
     """Events that end a job, by job."""
-    found = {}
+    endings = {}
     for event in recorded(log_directory, "job_events"):
         if event.event in (
             msg.JobEvent.DONE,
             msg.JobEvent.CANCELLED,
             msg.JobEvent.FAILED,
         ):
-            found.setdefault(event.job_id, []).append(event)
-    return found
+            endings.setdefault(event.job_id, []).append(event)
+    return endings
 
 
 def size_of(folder, pattern="*"):
@@ -125,22 +125,22 @@ def by_mcap_ros2(bag):
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
 
-    found = []
+    messages = []
     for file in files_of(bag):
         with file.open("rb") as stream:
             reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-            found += [
+            messages += [
                 (channel.topic, bytes(message.data), decoded)
                 for _, channel, message, decoded in reader.iter_decoded_messages()
             ]
-    return found
+    return messages
 
 
 def assert_readable_by_others(bag):
     """Both tools read every message that the file holds, with the values that ROS reads."""
     expected = raw(bag)
     for read in (by_rosbags, by_mcap_ros2):
-        found = read(bag)
-        assert [(topic, data) for topic, data, _ in found] == expected
-        for topic, data, decoded in found:
+        messages = read(bag)
+        assert [(topic, data) for topic, data, _ in messages] == expected
+        for topic, data, decoded in messages:
             assert same(decoded, message_of(topic, data))

@@ -43,12 +43,12 @@ def counted(model, numbers, **fields):
 def lying(pose, yaw=0.0, lean=0.0):
     """Where a part is seen in a stable pose, turned and leaning."""
     turn = pose.pose.orientation
-    seen = (
+    measured = (
         Rotation.from_euler("z", yaw)
         * Rotation.from_euler("x", lean)
         * Rotation.from_quat([turn.x, turn.y, turn.z, turn.w])
     )
-    x, y, z, w = seen.as_quat().tolist()
+    x, y, z, w = measured.as_quat().tolist()
     return Pose(
         position=Point(x=0.1, y=-0.2, z=0.03),
         orientation=Quaternion(x=x, y=y, z=z, w=w),

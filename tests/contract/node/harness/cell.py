@@ -89,29 +89,29 @@ class Health:
             self._heard += bool(lines)
             self._lines.update(lines)
 
-    def line(self, about, condition=lambda line, values: True):
+    def line(self, name, condition=lambda line, values: True):
         """A line that was said from now on and fulfils a condition, and its values."""
-        before = self._heard + 1  # the next one may be on its way
+        heard_before = self._heard + 1  # the next one may be on its way
 
         def found():
-            line = self._lines.get(about)
-            if self._heard <= before or line is None:
+            line = self._lines.get(name)
+            if self._heard <= heard_before or line is None:
                 return None
             values = {pair.key: pair.value for pair in line.values}
             return (line, values) if condition(line, values) else None
 
-        return until(found, f"diagnostics of {about}; last: {self._lines.get(about)}")
+        return until(found, f"diagnostics of {name}; last: {self._lines.get(name)}")
 
-    def latest(self, about):
+    def latest(self, name):
         """The last line of all and its values."""
-        line = self._lines[about]
+        line = self._lines[name]
         return line, {pair.key: pair.value for pair in line.values}
 
-    def eventually(self, about, condition=lambda line, values: True):
+    def eventually(self, name, condition=lambda line, values: True):
         """A line that fulfils a condition, be it the last one or one to come, and its values."""
 
         def there():
-            found = self.latest(about) if about in self._lines else None
-            return found if found and condition(*found) else None
+            reading = self.latest(name) if name in self._lines else None
+            return reading if reading and condition(*reading) else None
 
-        return until(there, f"diagnostics of {about}")
+        return until(there, f"diagnostics of {name}")

@@ -40,20 +40,20 @@ def is_farewell(statistics):
     )
 
 
-def until(condition, what="it"):
+def until(condition, thing="it"):
     """Poll until `condition()` gives something true, and return that."""
     end = time.monotonic() + PATIENCE
-    while not (found := condition()):
-        assert time.monotonic() < end, f"waited in vain for {what}"
+    while not (outcome := condition()):
+        assert time.monotonic() < end, f"waited in vain for {thing}"
         time.sleep(0.01)
-    return found
+    return outcome
 
 
-def wait_for(future, what="an answer"):
+def wait_for(future, thing="an answer"):
     """Result of a future that an executor in another thread completes."""
-    done = threading.Event()
-    future.add_done_callback(lambda _: done.set())
-    assert done.wait(PATIENCE), f"waited in vain for {what}"
+    finished = threading.Event()
+    future.add_done_callback(lambda _: finished.set())
+    assert finished.wait(PATIENCE), f"waited in vain for {thing}"
     return future.result()
 
 
@@ -131,13 +131,13 @@ class Client:
         By itself rclpy loses all answers but ten.
         """
         if name not in self._clients:
-            found = self.node.create_client(
+            client = self.node.create_client(
                 SERVICES[name],
                 f"{self.prefix}/{name}",
                 qos_profile=QoSProfile(depth=1000),
             )
-            ask_until_answered(found, found.srv_type.Request())  # for nothing
-            self._clients[name] = found
+            ask_until_answered(client, client.srv_type.Request())  # for nothing
+            self._clients[name] = client
         return self._clients[name]
 
     def send(self, name, **fields):
@@ -220,7 +220,9 @@ class Joiner:
     def wait(self, part_id, condition=lambda message: True):
         """The first message of a part that fulfils a condition."""
         return until(
-            lambda: next((one for one in self.of(part_id) if condition(one)), None),
+            lambda: next(
+                (received for received in self.of(part_id) if condition(received)), None
+            ),
             f"a result of {part_id}",
         )
 

@@ -27,12 +27,12 @@ def get(client, job_id):
 
 def reached(client, job_id, state):
     """Wait for a state, or for the end; what Get says then."""
-    found = until(
+    job = until(
         lambda: (answer := get(client, job_id)).state >= state and answer,
         f"state {state} of {job_id}",
     )
-    assert found.state == state, (found.state, found.message)
-    return found
+    assert job.state == state, (job.state, job.message)
+    return job
 
 
 def finished(client, job_id):
@@ -60,14 +60,14 @@ def cancelled(client, job_id):
 def cancel_all(client):
     """Empty the queue."""
     listed = client.call("list_drop_simulations")
-    left = [
+    unfinished = [
         job_id
         for job_id, state in zip(listed.job_id, listed.state, strict=True)
         if state in (QUEUED, RUNNING)
     ]
-    for job_id in reversed(left):
+    for job_id in reversed(unfinished):
         client.call("cancel_drop_simulation", job_id=job_id)
-    for job_id in left:
+    for job_id in unfinished:
         until(
             lambda job_id=job_id: (
                 client.call("get_drop_simulation", job_id=job_id).state

@@ -22,7 +22,7 @@ class Row(NamedTuple):
 def rows(client):
     """All jobs, in the order of their acceptance."""
     listed = client.call("list_drop_simulations")
-    found = list(
+    answer = list(
         map(
             Row,
             listed.job_id,
@@ -32,11 +32,11 @@ def rows(client):
             listed.drops_total,
         )
     )
-    assert found == [
+    assert answer == [
         (job.job_id, job.part_id, job.state, job.drops_done, job.drops_total)
         for job in listed.jobs
     ]
-    return found
+    return answer
 
 
 def jobs_of(client, part_id):
@@ -59,9 +59,9 @@ def recorded_of(node, topic, part_id):
     """What the bag of a node has of a part on a topic."""
     name = on_topic(topic)
     sign = part_id.encode()
-    found = (
+    messages = (
         message_of(name, data)
         for data in raw_of(node.log_directory, name)
         if sign in data
     )
-    return [message for message in found if message.part_id == part_id]
+    return [message for message in messages if message.part_id == part_id]

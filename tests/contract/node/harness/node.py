@@ -34,8 +34,8 @@ class Running:
 
     def says(self, text, stream="stdout"):
         """The next line on this stream that holds `text`."""
-        said = getattr(self.process, stream)
-        return next(line for line in iter(said.readline, "") if text in line)
+        output = getattr(self.process, stream)
+        return next(line for line in iter(output.readline, "") if text in line)
 
     def end(self, number=signal.SIGINT):
         """Its exit status and its complaints."""

@@ -54,10 +54,12 @@ def fine_box(triangles, length=0.04):
     faces = [top, top, top, *3 * [top[:, ::-1]]]
     points = np.concatenate(sides)
     rows = np.concatenate([face + k * len(u) for k, face in enumerate(faces)])
-    _, first, place = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    _, first, inverse = np.unique(
+        points, axis=0, return_index=True, return_inverse=True
+    )
     return (
         points[first] / cells * (length, 0.75 * length, 0.5 * length),
-        place.ravel()[rows].astype(np.uint32),
+        inverse.ravel()[rows].astype(np.uint32),
     )
 
 

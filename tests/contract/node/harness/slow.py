@@ -30,8 +30,10 @@ def slivers(triangles, length=0.04, seed=0):
     chance = np.random.default_rng(seed)
     count = triangles // 4
     ends = chance.uniform(-0.5, 0.5, (2, count, 3)) * length
-    aside = chance.normal(size=(2, count, 3)) * 1e-6 * length
-    corners = np.stack([ends[0], ends[1], ends[0] + aside[0], ends[0] + aside[1]], 1)
+    offsets = chance.normal(size=(2, count, 3)) * 1e-6 * length
+    corners = np.stack(
+        [ends[0], ends[1], ends[0] + offsets[0], ends[0] + offsets[1]], 1
+    )
     volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
     corners[volume < 0.0, 2:] = corners[volume < 0.0, 3:1:-1]
     rows = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
@@ -39,9 +41,9 @@ def slivers(triangles, length=0.04, seed=0):
     return corners.reshape(-1, 3), (rows + starts).reshape(-1, 3).astype(np.uint32)
 
 
-def memory(pid, what):
+def memory(pid, line):
     """A line of a process's status, in bytes."""
-    return 1024 * int(about(pid, "status").partition(f"{what}:")[2].split()[0])
+    return 1024 * int(about(pid, "status").partition(f"{line}:")[2].split()[0])
 
 
 def _ticks(pid):

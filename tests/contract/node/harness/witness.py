@@ -25,7 +25,7 @@ class Told:
 
     def answer(self, statistics):
         """A result in full."""
-        assert not any("NOT_RECORDED" in one for one in statistics.warnings)
+        assert not any("NOT_RECORDED" in warning for warning in statistics.warnings)
         self.answers.append(whole(statistics))
 
     def end(self, job_id, state, statistics):
@@ -42,35 +42,39 @@ class Told:
             if topic == on_topic("answers")
         }
         assert set(self.answers) <= answers
-        found = events(recorded)
-        assert self.accepted <= found.keys()
+        recorded_events = events(recorded)
+        assert self.accepted <= recorded_events.keys()
         for job_id, state in self.ends.items():
-            assert state in found[job_id], (job_id, state, found[job_id])
+            assert state in recorded_events[job_id], (
+                job_id,
+                state,
+                recorded_events[job_id],
+            )
 
 
 def events(recorded):
     """Kinds of the events of each job, in order."""
-    found = {}
+    events_by_job = {}
     for topic, data in recorded:
         if topic == on_topic("job_events"):
             event = message_of(topic, data)
-            found.setdefault(event.job_id, []).append(event.event)
-    found.pop("", None)
-    return found
+            events_by_job.setdefault(event.job_id, []).append(event.event)
+    events_by_job.pop("", None)
+    return events_by_job
 
 
-def unfinished(found):
+def unfinished(events_by_job):
     """Jobs that were accepted and have no end."""
     ended = {JobEvent.DONE, JobEvent.CANCELLED, JobEvent.FAILED}
-    return {job_id for job_id, kinds in found.items() if not ended & set(kinds)}
+    return {job_id for job_id, kinds in events_by_job.items() if not ended & set(kinds)}
 
 
 class Witness:
     """Three threads of requests, until the node dies; the client is closed at the end."""
 
-    def __init__(self, client, told, seed):
+    def __init__(self, client, expectations, seed):
         self._client = client
-        self._told = told
+        self._told = expectations
         self._over = threading.Event()
         self._actions = ActionClient(
             client.node, SimulateDrops, f"{client.prefix}/simulate_drops"
@@ -86,9 +90,9 @@ class Witness:
         self._failures = []
         self._threads = [
             threading.Thread(
-                target=self._go, args=(act, random.Random(f"{seed} {place}"))
+                target=self._go, args=(act, random.Random(f"{seed} {position}"))
             )
-            for place, act in enumerate(
+            for position, act in enumerate(
                 (self._estimate, self._simulate, self._follow_goal)
             )
         ]

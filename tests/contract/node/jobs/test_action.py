@@ -21,9 +21,9 @@ ABORTED = GoalStatus.STATUS_ABORTED
 
 @pytest.fixture
 def goals(cell):
-    found = Goals(cell)
-    yield found
-    found.close()
+    goals_of_cell = Goals(cell)
+    yield goals_of_cell
+    goals_of_cell.close()
 
 
 class TestSuccess:
@@ -47,18 +47,18 @@ class TestSuccess:
         until(lambda: len(goal.feedback) > 3)
         goal.cancel()
         _, result = goal.result()
-        told = goal.feedback
-        assert {one.job_id for one in told} == {result.job_id}
-        assert {one.drops_total for one in told} == {LONG}
-        assert all(b.drops_done > a.drops_done for a, b in pairwise(told))
-        assert told[-1].drops_done <= result.statistics.drops
-        assert 0.0 < told[-1].expected_error < told[0].expected_error
-        assert all(0.0 < one.drops_per_second < math.inf for one in told[1:])
+        feedback = goal.feedback
+        assert {report.job_id for report in feedback} == {result.job_id}
+        assert {report.drops_total for report in feedback} == {LONG}
+        assert all(b.drops_done > a.drops_done for a, b in pairwise(feedback))
+        assert feedback[-1].drops_done <= result.statistics.drops
+        assert 0.0 < feedback[-1].expected_error < feedback[0].expected_error
+        assert all(0.0 < report.drops_per_second < math.inf for report in feedback[1:])
 
 
 class TestRefusals:
     @pytest.mark.parametrize(
-        ("asked", "said"),
+        ("fields", "words"),
         [
             ({"part_id": "nobody"}, "'nobody'"),
             ({"drops": 10_000_001}, "10000001"),
@@ -66,10 +66,10 @@ class TestRefusals:
             ({"target_error": 2.0}, "2.0"),
         ],
     )
-    def test_aborted_with_the_reason(self, goals, cell, asked, said):
-        status, result = goals.send(**{"part_id": known_part(cell), **asked}).result()
+    def test_aborted_with_the_reason(self, goals, cell, fields, words):
+        status, result = goals.send(**{"part_id": known_part(cell), **fields}).result()
         assert (status, result.success, result.job_id) == (ABORTED, False, "")
-        assert said in result.message and "\n" not in result.message
+        assert words in result.message and "\n" not in result.message
 
 
 class TestCancel:
@@ -100,25 +100,30 @@ class TestSharing:
     def test_identical_goals_have_one_job_and_all_get_the_result(self, goals, cell):
         part_id = known_part(cell)
         blocker = start(cell, part_id, LONG)
-        asked = {"part_id": part_id, "drops": 5000, "seed": 4}
-        twins = [goals.send(**asked) for _ in range(2)]
-        job_id = start(cell, **asked)
+        fields = {"part_id": part_id, "drops": 5000, "seed": 4}
+        twins = [goals.send(**fields) for _ in range(2)]
+        job_id = start(cell, **fields)
         assert get(cell, job_id).state == QUEUED
         cell.good("cancel_drop_simulation", job_id=blocker)
-        (first, one), (second, other) = (goal.result() for goal in twins)
-        assert (first, second, one.job_id) == (SUCCEEDED, SUCCEEDED, job_id)
-        assert whole(one) == whole(other)
+        (first, first_status), (second, second_status) = (
+            goal.result() for goal in twins
+        )
+        assert (first, second, first_status.job_id) == (SUCCEEDED, SUCCEEDED, job_id)
+        assert whole(first_status) == whole(second_status)
 
     def test_a_goal_that_joins_a_running_job_gets_feedback_and_result(
         self, goals, cell
     ):
-        asked = {"part_id": known_part(cell), "drops": LONG, "seed": 4}
-        job_id = start(cell, **asked)
+        fields = {"part_id": known_part(cell), "drops": LONG, "seed": 4}
+        job_id = start(cell, **fields)
         reached(cell, job_id, RUNNING)
-        first, second = (goals.send(**asked) for _ in range(2))
+        first, second = (goals.send(**fields) for _ in range(2))
         assert first.first_feedback().job_id == second.first_feedback().job_id == job_id
         second.cancel()  # ends the job of both
-        (one, aborted), (other, canceled) = first.result(), second.result()
-        assert (one, other) == (ABORTED, CANCELED)
+        (first_result, aborted), (second_result, canceled) = (
+            first.result(),
+            second.result(),
+        )
+        assert (first_result, second_result) == (ABORTED, CANCELED)
         assert "cancelled" in aborted.message
         assert whole(aborted.statistics) == whole(canceled.statistics)

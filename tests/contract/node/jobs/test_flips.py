@@ -25,9 +25,9 @@ MANY = 500_000
 
 @pytest.fixture
 def goals(cell):
-    found = Goals(cell, "simulate_flips")
-    yield found
-    found.close()
+    goals_of_cell = Goals(cell, "simulate_flips")
+    yield goals_of_cell
+    goals_of_cell.close()
 
 
 def matrix(values):
@@ -64,7 +64,7 @@ def test_the_node_s_number_is_shared_out_and_no_kick_leaves_all_as_it_is(goals, 
 
 
 @pytest.mark.parametrize(
-    ("asked", "said"),
+    ("fields", "words"),
     [
         ({"part_id": "nobody"}, "'nobody'"),
         ({"drops": 10_000_000}, "max_drops"),
@@ -72,11 +72,11 @@ def test_the_node_s_number_is_shared_out_and_no_kick_leaves_all_as_it_is(goals, 
         ({"kick_height": math.nan}, "a kick_height"),
     ],
 )
-def test_a_refused_goal_is_aborted_with_the_reason(goals, cell, asked, said):
-    asked = {"part_id": known_part(cell), "kick_height": KICK, **asked}
-    status, result = goals.send(**asked).result()
+def test_a_refused_goal_is_aborted_with_the_reason(goals, cell, fields, words):
+    fields = {"part_id": known_part(cell), "kick_height": KICK, **fields}
+    status, result = goals.send(**fields).result()
     assert (status, result.success, list(result.flips)) == (ABORTED, False, [])
-    assert said in result.message and "\n" not in result.message
+    assert words in result.message and "\n" not in result.message
 
 
 def test_feedback_rises_and_a_cancelled_goal_has_what_was_done(goals, cell):
@@ -88,9 +88,9 @@ def test_feedback_rises_and_a_cancelled_goal_has_what_was_done(goals, cell):
         CANCELED,
         False,
     ) and "cancelled" in result.message
-    told = goal.feedback
-    assert {one.flips_total for one in told} == {MANY * len(result.flips)}
-    assert all(b.flips_done > a.flips_done for a, b in pairwise(told))
-    assert told[-1].flips_done <= sum(result.flips)
+    feedback = goal.feedback
+    assert {report.flips_total for report in feedback} == {MANY * len(result.flips)}
+    assert all(b.flips_done > a.flips_done for a, b in pairwise(feedback))
+    assert feedback[-1].flips_done <= sum(result.flips)
     assert max(result.flips) - min(result.flips) <= 1  # out of all poses in turn
     np.testing.assert_allclose(matrix(result.transition).sum(axis=1), 1.0, rtol=1e-12)

@@ -37,14 +37,16 @@ def test_first_come_first_served(cell, shared_node):
     kinds = JobEvent.QUEUED, JobEvent.RUNNING, JobEvent.DONE
 
     def all_events():
-        found = recorded_of(shared_node, "job_events", part_id)
-        return found if len(found) == len(kinds) * len(jobs) else None
+        events_by_job = recorded_of(shared_node, "job_events", part_id)
+        return events_by_job if len(events_by_job) == len(kinds) * len(jobs) else None
 
     events = until(all_events, "all events")
     for kind in kinds:
-        assert [one.job_id for one in events if one.event == kind] == jobs
+        assert [event_.job_id for event_ in events if event_.event == kind] == jobs
     last = next(
-        one for one in events if (one.event, one.job_id) == (JobEvent.DONE, jobs[-1])
+        event_
+        for event_ in events
+        if (event_.event, event_.job_id) == (JobEvent.DONE, jobs[-1])
     )
     assert (last.drops, last.drops_done, last.seed, last.refinement) == (
         108,
@@ -57,8 +59,8 @@ def test_first_come_first_served(cell, shared_node):
 
 def test_waiting_then_running_then_done_and_listed_in_the_order_of_acceptance(cell):
     part_id = known_part(cell)
-    done = start(cell, part_id, 100, seed=1)
-    finished(cell, done)
+    finished_job = start(cell, part_id, 100, seed=1)
+    finished(cell, finished_job)
     first = start(cell, part_id, LONG, seed=1)
     second = start(cell, part_id, 500, seed=1)
     reached(cell, first, RUNNING)
@@ -69,7 +71,7 @@ def test_waiting_then_running_then_done_and_listed_in_the_order_of_acceptance(ce
         row._replace(done=0) if row.state == RUNNING else row for row in rows(cell)[-3:]
     ]
     assert listed == [
-        Row(done, part_id, DONE, 100, 100),
+        Row(finished_job, part_id, DONE, 100, 100),
         Row(first, part_id, RUNNING, 0, LONG),
         Row(second, part_id, QUEUED, 0, 500),
     ]
@@ -82,9 +84,9 @@ def test_a_running_job_shows_a_prefix_that_grows(cell):
     early = running_with_results(cell, job_id)
     late = until(
         lambda: (
-            (now := get(cell, job_id)).drops_done > early.drops_done
-            and now.statistics.drops > 4 * early.statistics.drops
-            and now
+            (later := get(cell, job_id)).drops_done > early.drops_done
+            and later.statistics.drops > 4 * early.statistics.drops
+            and later
         )
     )
     assert late.state == RUNNING and not late.statistics.final
@@ -99,10 +101,10 @@ class TestCancel:
         job_id = start(cell, known_part(cell), LONG, seed=8)
         running_with_results(cell, job_id)
         answer = cancelled(cell, job_id)
-        told = answer.statistics
-        assert 0 < told.drops == answer.drops_done < LONG and told.final
-        expected = simulate(library_part(WEDGE), told.drops, seed=8)
-        assert counts(told.poses) == counts(expected.poses)
+        statistics = answer.statistics
+        assert 0 < statistics.drops == answer.drops_done < LONG and statistics.final
+        expected = simulate(library_part(WEDGE), statistics.drops, seed=8)
+        assert counts(statistics.poses) == counts(expected.poses)
         message = cell.refused("cancel_drop_simulation", job_id=job_id)
         assert job_id in message and "CANCELLED" in message
 
@@ -111,8 +113,8 @@ class TestCancel:
         first = start(cell, part_id, LONG, seed=1)
         running_with_results(cell, first)
         cell.send("cancel_drop_simulation", job_id=first)
-        other = wait_for(
+        answer = wait_for(
             cell.send("start_drop_simulation", part_id=part_id, drops=LONG, seed=1)
         ).job_id
         reached(cell, first, CANCELLED)
-        assert other == first or get(cell, other).state in UNFINISHED
+        assert answer == first or get(cell, answer).state in UNFINISHED

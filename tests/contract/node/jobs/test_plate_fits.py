@@ -32,10 +32,10 @@ def model_of(client, surface, part_id):
 def count_boxes(client, parts):
     """What a camera counts of both on the true plate; the node has learnt from it."""
     for seed, (name, surface) in enumerate(BOXES.items(), start=1):
-        seen = simulate(
+        dropped = simulate(
             library_part(surface), parts, TRUTH[0], seed, TRUTH[1], workers=1
         )
-        numbers = {pose.index: pose.count for pose in seen.poses}
+        numbers = {pose.index: pose.count for pose in dropped.poses}
         model = model_of(client, surface, name)
         counting(client).publish(
             counted(model, [numbers[pose.index] for pose in model.poses])
@@ -72,7 +72,7 @@ def test_a_plate_is_learnt_written_and_used(tuned, tmp_path):
     file = tmp_path / "plates.yaml"
     tuned.set(plates=str(file))
     count_boxes(tuned, 400)
-    before = latched(tuned, "bar")
+    latched_before = latched(tuned, "bar")
     answer = tuned.good("fit_plate", plate="glass", apply=True)
     assert (answer.counted, sorted(answer.parts)) == (800, sorted(BOXES))
     profile = yaml.safe_load(file.read_text())["plates"]["glass"]
@@ -80,18 +80,20 @@ def test_a_plate_is_learnt_written_and_used(tuned, tmp_path):
         np.testing.assert_allclose(profile[name], getattr(answer, name))
     assert (profile["counted"], profile["parts"]) == (800, list(answer.parts))
     for name in BOXES:
-        told = until(
-            lambda name=name: (one := latched(tuned, name)).plate == "glass" and one
+        statistics = until(
+            lambda name=name: (
+                (candidate := latched(tuned, name)).plate == "glass" and candidate
+            )
         )
-        assert (told.restitution, told.drop_height) == (
+        assert (statistics.restitution, statistics.drop_height) == (
             answer.restitution,
             answer.drop_height,
         )
-        assert (told.method, told.observed) == ("observed", 400)
+        assert (statistics.method, statistics.observed) == ("observed", 400)
         assert (
-            told.plate_error < answer.plate_error
+            statistics.plate_error < answer.plate_error
         )  # surer than its plate alone makes it
-    assert latched(tuned, "bar").revision > before.revision
+    assert latched(tuned, "bar").revision > latched_before.revision
     assert (
         tuned.good("estimate", part_id="bar").statistics.plate_error
         == answer.plate_error

@@ -60,23 +60,23 @@ def test_random_requests_goals_and_cancels_from_several_clients(tuned, node):
     tuned.set(max_queued_jobs=6)
     part_id = known_part(tuned)
     goals = Goals(tuned)
-    sent = []
+    futures = []
 
     def act(chance, mine):
-        asked = {
+        request = {
             "part_id": part_id,
             "seed": chance.randrange(1, 40),
             "drops": chance.choice((1, 300, 3000, LONG)),
         }
         match chance.choice(("start", "start", "goal", "cancel", "cancel", "list")):
             case "start":
-                answer = wait_for(tuned.send("start_drop_simulation", **asked))
+                answer = wait_for(tuned.send("start_drop_simulation", **request))
                 assert answer.success or "max_queued_jobs" in answer.message
                 mine += [answer.job_id] * answer.success
             case "goal":
-                sent.append(goals.send(**asked))
+                futures.append(goals.send(**request))
                 if chance.random() < 0.7:
-                    sent[-1].cancel()
+                    futures[-1].cancel()
             case "cancel" if mine:
                 tuned.call("cancel_drop_simulation", job_id=chance.choice(mine))
             case _:
@@ -93,7 +93,7 @@ def test_random_requests_goals_and_cancels_from_several_clients(tuned, node):
     for row in reversed(rows(tuned)):
         if row.state in UNFINISHED:
             tuned.call("cancel_drop_simulation", job_id=row.job_id)
-    statuses = {goal.result()[0] for goal in sent}
+    statuses = {goal.result()[0] for goal in futures}
     assert GoalStatus.STATUS_CANCELED in statuses and statuses <= {
         GoalStatus.STATUS_CANCELED,
         GoalStatus.STATUS_SUCCEEDED,
@@ -135,8 +135,8 @@ def test_the_newest_thousand_that_have_ended_are_kept(tuned):
     for seed in range(1, 1001):
         jobs.append(start(tuned, part_id, 100, seed=seed))
         tuned.good("cancel_drop_simulation", job_id=jobs[-1])
-    kept = [row.job_id for row in rows(tuned)]
-    assert kept == [long, *jobs[-1000:]]
+    job_ids = [row.job_id for row in rows(tuned)]
+    assert job_ids == [long, *jobs[-1000:]]
     assert f"'{jobs[0]}'" in tuned.refused("get_drop_simulation", job_id=jobs[0])
     cancelled(tuned, long)
     assert get(tuned, long).state == CANCELLED

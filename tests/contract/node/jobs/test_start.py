@@ -31,17 +31,23 @@ class TestResults:
         job_id = start(
             cell, part_id, 200, seed=2**64 - 1, restitution=0.25, drop_height=0.75
         )
-        told = finished(cell, job_id).statistics
-        assert (told.part_id, told.method, told.job_id) == (
+        statistics = finished(cell, job_id).statistics
+        assert (statistics.part_id, statistics.method, statistics.job_id) == (
             part_id,
             "simulation",
             job_id,
         )
-        assert (told.restitution, told.drop_height) == (0.25, 0.75)
-        assert (told.drops, told.seed, told.final) == (200, 2**64 - 1, True)
-        assert told.drops - told.unsettled == sum(pose.count for pose in told.poses)
+        assert (statistics.restitution, statistics.drop_height) == (0.25, 0.75)
+        assert (statistics.drops, statistics.seed, statistics.final) == (
+            200,
+            2**64 - 1,
+            True,
+        )
+        assert statistics.drops - statistics.unsettled == sum(
+            pose.count for pose in statistics.poses
+        )
         estimated = cell.good("estimate", part_id=part_id).statistics
-        assert {pose.index: pose.down for pose in told.poses} == {
+        assert {pose.index: pose.down for pose in statistics.poses} == {
             pose.index: pose.down for pose in estimated.poses
         }
 
@@ -51,42 +57,47 @@ class TestResults:
             finished(cell, start(cell, part_id, 300)).statistics for _ in range(2)
         )
         assert 0 != first.seed != second.seed != 0
-        again = finished(cell, start(cell, part_id, 300, seed=first.seed)).statistics
-        assert counts(again.poses) == counts(first.poses)
+        repeated = finished(cell, start(cell, part_id, 300, seed=first.seed)).statistics
+        assert counts(repeated.poses) == counts(first.poses)
 
     def test_a_target_error_ends_early(self, cell):
         job_id = start(cell, known_part(cell), 100_000, seed=4, target_error=0.02)
-        told = finished(cell, job_id).statistics
+        statistics = finished(cell, job_id).statistics
         expected = simulate(library_part(WEDGE), 100_000, seed=4, target_error=0.02)
-        assert told.drops == expected.drops < 100_000 and told.expected_error <= 0.02
-        assert counts(told.poses) == counts(expected.poses)
+        assert (
+            statistics.drops == expected.drops < 100_000
+            and statistics.expected_error <= 0.02
+        )
+        assert counts(statistics.poses) == counts(expected.poses)
 
     def test_so_does_the_time_which_is_said(self, cell):
         job_id = start(cell, known_part(cell), LONG, seed=5, max_seconds=1.0)
-        told = finished(cell, job_id).statistics
-        assert 0 < told.drops < LONG
-        assert any(warning.startswith("TIME_LIMIT: ") for warning in told.warnings)
-        assert counts(told.poses) == counts(
-            simulate(library_part(WEDGE), told.drops, seed=5).poses
+        statistics = finished(cell, job_id).statistics
+        assert 0 < statistics.drops < LONG
+        assert any(
+            warning.startswith("TIME_LIMIT: ") for warning in statistics.warnings
+        )
+        assert counts(statistics.poses) == counts(
+            simulate(library_part(WEDGE), statistics.drops, seed=5).poses
         )
 
 
 class TestIdenticalRequests:
     def test_in_flight_get_the_same_job_and_later_another(self, cell):
         part_id = known_part(cell)
-        done = start(cell, part_id, 100, seed=1)
-        finished(cell, done)
-        assert start(cell, part_id, 100, seed=1) != done
+        finished_job = start(cell, part_id, 100, seed=1)
+        finished(cell, finished_job)
+        assert start(cell, part_id, 100, seed=1) != finished_job
         running = start(cell, part_id, LONG, seed=1)
         waiting = start(cell, part_id, LONG, seed=2)
-        drawn = start(cell, part_id, LONG)
-        assert len({done, running, waiting, drawn}) == 4
+        random_job = start(cell, part_id, LONG)
+        assert len({finished_job, running, waiting, random_job}) == 4
         assert start(cell, part_id, LONG, seed=1) == running
         assert start(cell, part_id, LONG, seed=2) == waiting
-        assert start(cell, part_id, LONG) == drawn
+        assert start(cell, part_id, LONG) == random_job
 
     @pytest.mark.parametrize(
-        "other",
+        "change",
         [
             {"seed": 2},
             {"drops": LONG - 1},
@@ -96,11 +107,11 @@ class TestIdenticalRequests:
             {"max_seconds": 500.0},
         ],
     )
-    def test_anything_else_is_another_job(self, cell, other):
+    def test_anything_else_is_another_job(self, cell, change):
         part_id = known_part(cell)
-        asked = {"drops": LONG, "seed": 1}
-        assert start(cell, part_id, **asked) != start(
-            cell, part_id, **{**asked, **other}
+        fields = {"drops": LONG, "seed": 1}
+        assert start(cell, part_id, **fields) != start(
+            cell, part_id, **{**fields, **change}
         )
 
     def test_the_node_s_own_values_spelled_out_are_the_same_request(self, cell):
@@ -114,7 +125,7 @@ class TestIdenticalRequests:
 
 class TestRefusals:
     @pytest.mark.parametrize(
-        ("asked", "said"),
+        ("fields", "words"),
         [
             ({"drops": 10_000_001}, ("10000000", "10000001", "max_drops")),
             ({"drops": 2**64 - 1}, ("10000000", "max_drops")),
@@ -129,11 +140,11 @@ class TestRefusals:
             ({"drop_height": math.inf}, ("inf", "above 0 m")),
         ],
     )
-    def test_numbers_out_of_range(self, cell, asked, said):
+    def test_numbers_out_of_range(self, cell, fields, words):
         message = cell.refused(
-            "start_drop_simulation", part_id=known_part(cell), **asked
+            "start_drop_simulation", part_id=known_part(cell), **fields
         )
-        assert all(word in message for word in said), message
+        assert all(word in message for word in words), message
 
     def test_a_full_queue(self, cell):
         """What is in flight may be asked for again all the same."""

@@ -37,40 +37,42 @@ def pid(node):
 
 def test_small_meshes_known_parts_and_lists_do_not_wait(tuned, publisher, pid):
     """Of one name the later mesh wins, though it is checked sooner."""
-    known, slow, small, published = (new_id() for _ in range(4))
-    tuned.good("estimate", part=flat(WEDGE, known))
-    asked = tuned.send("estimate", part=flat(SLOW, slow))
+    part_id, slow, small, published = (new_id() for _ in range(4))
+    tuned.good("estimate", part=flat(WEDGE, part_id))
+    waiting = tuned.send("estimate", part=flat(SLOW, slow))
     with standing(builder_at_work(pid)):
         publisher.publish(flat(WEDGE, slow), flat(WEDGE, published))
-        tuned.good("estimate", part_id=known, restitution=0.3)
+        tuned.good("estimate", part_id=part_id, restitution=0.3)
         tuned.good("estimate", part=flat(WEDGE, small))
         latched(tuned, published)
         tuned.call("list_drop_simulations")
         assert not tuned.call("get_statistics", part_id=slow).success
-        assert not asked.done()
-    assert wait_for(asked).statistics.part_digest == library_part(SLOW).digest
+        assert not waiting.done()
+    assert wait_for(waiting).statistics.part_digest == library_part(SLOW).digest
     last = library_part(WEDGE).digest
     until(lambda: latched(tuned, slow).part_digest == last)
 
 
 def test_a_large_part_is_the_library_s(tuned):
-    told = tuned.good("estimate", part=flat(MEDIUM, new_id())).statistics
+    statistics = tuned.good("estimate", part=flat(MEDIUM, new_id())).statistics
     expected = estimate(library_part(MEDIUM))
-    assert (told.part_digest, told.warnings) == (
+    assert (statistics.part_digest, statistics.warnings) == (
         expected.part_digest,
         list(expected.warnings),
     )
-    assert probabilities(told.poses) == pytest.approx(probabilities(expected.poses))
+    assert probabilities(statistics.poses) == pytest.approx(
+        probabilities(expected.poses)
+    )
 
 
 def test_needles_hold_up_no_small_mesh(tuned, pid):
     """A mesh of needles is small, and keeps whoever checks it for a second."""
     needles = slivers(4900)
-    asked = [tuned.send("estimate", part=flat(sized(needles, k))) for k in range(4)]
+    futures = [tuned.send("estimate", part=flat(sized(needles, k))) for k in range(4)]
     with standing(builder_at_work(pid)):
         tuned.good("estimate", part=flat(WEDGE, new_id()))
-        assert not all(answer.done() for answer in asked)
-    assert all(wait_for(answer).success for answer in asked)
+        assert not all(answer.done() for answer in futures)
+    assert all(wait_for(answer).success for answer in futures)
 
 
 @pytest.mark.long
@@ -88,14 +90,16 @@ def test_all_requests_that_wait_share_one_bound_in_bytes(tuned, pid):
     """Of which small ones have their part."""
     size = SLOWISH[0].nbytes + 12 * len(SLOWISH[1])
     assert tuned.set(max_mesh_bytes=size) == {}
-    asked = [tuned.send("estimate", part=flat(SLOWISH, new_id()))]
+    futures = [tuned.send("estimate", part=flat(SLOWISH, new_id()))]
     with standing(builder_at_work(pid)):
-        asked += [
+        futures += [
             tuned.send("estimate", part=flat(sized(SLOWISH, k), new_id()))
             for k in range(1, 6)
         ]
         tuned.good("estimate", part=flat(WEDGE, new_id()))
-    refused = [answer.message for answer in map(wait_for, asked) if not answer.success]
+    refused = [
+        answer.message for answer in map(wait_for, futures) if not answer.success
+    ]
     assert len(refused) == 4  # one is built and another one waits
     assert all(
         f"at most {2 * size} bytes of large meshes waiting (2 times max_mesh_bytes)"
@@ -107,10 +111,10 @@ def test_all_requests_that_wait_share_one_bound_in_bytes(tuned, pid):
 def test_a_mesh_whose_process_is_killed_is_refused_and_the_next_one_served(
     tuned, publisher, pid
 ):
-    asked = tuned.send("estimate", part=flat(SLOW, new_id()))
+    future = tuned.send("estimate", part=flat(SLOW, new_id()))
     published = new_id()
     kill(builder_at_work(pid))
-    assert "send the mesh again" in wait_for(asked).message
+    assert "send the mesh again" in wait_for(future).message
     publisher.publish(flat(SLOW, published))
     kill(builder_at_work(pid))
     Health(tuned).line(
@@ -133,30 +137,32 @@ def busy(domain, cell):
 @pytest.mark.parametrize("name", ["list_drop_simulations", "get_statistics"])
 def test_none_of_many_requests_at_once_is_lost(busy, name):
     fields = [{} if "list" in name else {"part_id": f"nobody {k}"} for k in range(300)]
-    for asked, future in [(asked, busy.send(name, **asked)) for asked in fields]:
+    for fields_, future in [
+        (fields_, busy.send(name, **fields_)) for fields_ in fields
+    ]:
         answer = wait_for(future)
-        assert not asked or f"'{asked['part_id']}'" in answer.message
+        assert not fields_ or f"'{fields_['part_id']}'" in answer.message
 
 
 def test_parts_come_and_go_while_others_ask(busy, cell):
     names = [new_id() for _ in range(8)]
-    over = threading.Event()
+    ended = threading.Event()
 
     def ask():
-        while not over.is_set():
+        while not ended.is_set():
             cell.call("list_drop_simulations")
 
-    other = threading.Thread(target=ask)
-    other.start()
+    thread = threading.Thread(target=ask)
+    thread.start()
     try:
         for _ in range(10):
-            coming = [busy.send("estimate", part=flat(WEDGE, name)) for name in names]
-            assert all(wait_for(future).success for future in coming)
-            coming = [busy.send("forget_part", part_id=name) for name in names]
-            assert all(wait_for(future).success for future in coming)
+            futures = [busy.send("estimate", part=flat(WEDGE, name)) for name in names]
+            assert all(wait_for(future).success for future in futures)
+            futures = [busy.send("forget_part", part_id=name) for name in names]
+            assert all(wait_for(future).success for future in futures)
     finally:
-        over.set()
-        other.join()
+        ended.set()
+        thread.join()
 
 
 @pytest.mark.long
@@ -172,7 +178,7 @@ def test_a_thousand_meshes_as_fast_as_can_be(tuned, node):
     )  # else the node would not know what it has missed
     latched(tuned, "first")
     overrun = int(health.line("parts")[1]["overrun"])
-    before = (
+    counts_before = (
         memory(node.process.pid, "VmRSS"),
         len(recorded(node.log_directory, "part_mesh")),
     )
@@ -185,16 +191,23 @@ def test_a_thousand_meshes_as_fast_as_can_be(tuned, node):
                 for number, size in enumerate(sizes)
             ]
         )
-        asked = tuned.send("estimate", part=flat(WEDGE, "asked for"))
+        future = tuned.send("estimate", part=flat(WEDGE, "asked for"))
     digest = library_part((sizes[-1] * vertices, triangles)).digest
     last = until(
-        lambda: (told := latched(tuned, "part 7")).part_digest == digest and told
+        lambda: (
+            (candidate := latched(tuned, "part 7")).part_digest == digest and candidate
+        )
     )
-    answer, shown = (
-        Time.from_msg(one.header.stamp) for one in (wait_for(asked).statistics, last)
+    answer, shown_at = (
+        Time.from_msg(statistics.header.stamp)
+        for statistics in (wait_for(future).statistics, last)
     )
-    assert answer < shown
-    assert memory(node.process.pid, "VmHWM") - before[0] < MOST_GROWTH
+    assert answer < shown_at
+    assert memory(node.process.pid, "VmHWM") - counts_before[0] < MOST_GROWTH
     _, values = health.line("parts", lambda _, values: values["meshes waiting"] == "0")
-    taken = len(recorded(node.log_directory, "part_mesh")) - before[1] - 1
-    assert taken > 0 and taken + int(values["overrun"]) - overrun == len(sizes)
+    recorded_meshes = (
+        len(recorded(node.log_directory, "part_mesh")) - counts_before[1] - 1
+    )
+    assert recorded_meshes > 0 and recorded_meshes + int(
+        values["overrun"]
+    ) - overrun == len(sizes)

@@ -33,18 +33,22 @@ def shifted(client, **fields):
 @pytest.mark.parametrize("method", ["", "meae"])
 def test_the_answer_is_that_of_the_library(cell, method):
     part_id = known_part(cell)
-    told = shifted(cell, part_id=part_id, method=method)
+    statistics = shifted(cell, part_id=part_id, method=method)
     expected = estimate(
         shift_center(library_part(WEDGE, part_id), OFFSET), method or "auto"
     )
-    assert (told.part_id, told.part_digest, told.method) == (
+    assert (statistics.part_id, statistics.part_digest, statistics.method) == (
         part_id,
         expected.part_digest,
         expected.method,
     )
-    assert probabilities(told.poses) == pytest.approx(probabilities(expected.poses))
-    (said,) = (line for line in told.warnings if line.startswith("COM_SHIFTED:"))
-    assert "4, -2 and 1 mm" in said
+    assert probabilities(statistics.poses) == pytest.approx(
+        probabilities(expected.poses)
+    )
+    (warning,) = (
+        line for line in statistics.warnings if line.startswith("COM_SHIFTED:")
+    )
+    assert "4, -2 and 1 mm" in warning
 
 
 def test_given_mass_properties_stay(cell):
@@ -62,38 +66,44 @@ def test_a_large_part(cell):
     surface = fine_box(8000)
     part_id = new_id()
     plain = cell.good("estimate", part=flat(surface, part_id)).statistics
-    told, again = (shifted(cell, part_id=part_id) for _ in range(2))
+    statistics, repeated = (shifted(cell, part_id=part_id) for _ in range(2))
     expected = estimate(shift_center(library_part(surface, part_id), OFFSET))
-    assert whole(told) == whole(again)
-    assert told.part_digest == expected.part_digest != plain.part_digest
-    assert probabilities(told.poses) == pytest.approx(probabilities(expected.poses))
+    assert whole(statistics) == whole(repeated)
+    assert statistics.part_digest == expected.part_digest != plain.part_digest
+    assert probabilities(statistics.poses) == pytest.approx(
+        probabilities(expected.poses)
+    )
 
 
 def test_the_part_stays_as_it_was_sent_and_nothing_is_latched(cell, shared_node):
     """The answer is in the bag, and is remembered; no drops follow."""
     part_id = new_id()
-    told = shifted(cell, part=flat(WEDGE, part_id))
+    statistics = shifted(cell, part=flat(WEDGE, part_id))
     cell.good("estimate", part_id=part_id)
-    before = latched(cell, part_id)
-    assert before.part_digest == library_part(WEDGE).digest != told.part_digest
-    assert not any(line.startswith("COM_SHIFTED:") for line in before.warnings)
-    assert whole(shifted(cell, part_id=part_id)) == whole(told)
+    latched_before = latched(cell, part_id)
+    assert (
+        latched_before.part_digest
+        == library_part(WEDGE).digest
+        != statistics.part_digest
+    )
+    assert not any(line.startswith("COM_SHIFTED:") for line in latched_before.warnings)
+    assert whole(shifted(cell, part_id=part_id)) == whole(statistics)
     missed = shifted(cell, part_id=part_id, target_error=0.0001).warnings
     assert any(
         line.startswith("TARGET_MISSED:")
         and "send the part with this centre of mass" in line
         for line in missed
     )
-    other = cell.good(
+    by_another_method = cell.good(
         "estimate", part_id=part_id, com_offset=Vector3(z=0.002)
     ).statistics
-    assert other.part_digest != told.part_digest
+    assert by_another_method.part_digest != statistics.part_digest
     plain = cell.good("estimate", part_id=part_id, com_offset=Vector3()).statistics
-    assert whole(plain) == whole(latched(cell, part_id)) == whole(before)
+    assert whole(plain) == whole(latched(cell, part_id)) == whole(latched_before)
     assert jobs_of(cell, part_id) == []
-    assert whole(told) in map(whole, recorded_of(shared_node, "answers", part_id))
+    assert whole(statistics) in map(whole, recorded_of(shared_node, "answers", part_id))
     results = recorded_of(shared_node, "pose_statistics", part_id)
-    assert {one.part_digest for one in results} == {before.part_digest}
+    assert {result.part_digest for result in results} == {latched_before.part_digest}
 
 
 @pytest.mark.parametrize("value", [math.nan, -math.inf])

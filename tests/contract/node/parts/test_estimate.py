@@ -24,7 +24,7 @@ ROUNDING = 1e-12
 """Between two processes of this machine that compute the same."""
 
 
-def assert_like_library(told, expected):
+def assert_like_library(statistics, expected):
     """Every field that the library's answer has too."""
     for name in (
         "part_id",
@@ -37,8 +37,8 @@ def assert_like_library(told, expected):
         "version",
         "scene",
     ):
-        assert getattr(told, name) == getattr(expected, name), name
-    assert tuple(told.warnings) == expected.warnings
+        assert getattr(statistics, name) == getattr(expected, name), name
+    assert tuple(statistics.warnings) == expected.warnings
     for name in (
         "radius",
         "restitution",
@@ -49,10 +49,10 @@ def assert_like_library(told, expected):
         "plate_error",
     ):
         np.testing.assert_allclose(
-            getattr(told, name), getattr(expected, name), ROUNDING, 0.0
+            getattr(statistics, name), getattr(expected, name), ROUNDING, 0.0
         )
-    for pose, twin in zip(told.poses, expected.poses, strict=True):
-        assert pose.pose_id == f"{told.part_id}/{twin.index}"
+    for pose, twin in zip(statistics.poses, expected.poses, strict=True):
+        assert pose.pose_id == f"{statistics.part_id}/{twin.index}"
         for name in ("index", "group", "count", "group_size", "yaw_symmetry", "rolls"):
             assert getattr(pose, name) == getattr(twin, name), name
         down = pose.down
@@ -97,20 +97,21 @@ class TestWhichPart:
     @pytest.mark.parametrize("make", [flat, nested])
     def test_a_carried_one_is_estimated_and_remembered(self, cell, make):
         part_id = new_id()
-        found = cell.good("estimate", part=make(WEDGE, part_id)).statistics
-        assert (found.part_id, found.part_digest) == (
+        answer = cell.good("estimate", part=make(WEDGE, part_id)).statistics
+        assert (answer.part_id, answer.part_digest) == (
             part_id,
             library_part(WEDGE).digest,
         )
-        (kept,) = cell.good("get_statistics", part_id=part_id).statistics
-        for again in (
-            kept,
+        (remembered,) = cell.good("get_statistics", part_id=part_id).statistics
+        for repeated in (
+            remembered,
             cell.good("estimate", part_id=part_id).statistics,
             cell.good("estimate", part=make(WEDGE, part_id)).statistics,
         ):
-            assert whole(again) == whole(found)
+            assert whole(repeated) == whole(answer)
         assert part_id in {
-            one.part_id for one in cell.good("get_statistics").statistics
+            statistics_.part_id
+            for statistics_ in cell.good("get_statistics").statistics
         }
 
     def test_a_name_beside_it(self, cell):
@@ -124,13 +125,13 @@ class TestWhichPart:
         assert "'this'" in message and "'other'" in message
 
     def test_nameless_ones_are_named_by_their_digest(self, cell):
-        found = cell.good("estimate", part=flat(WEDGE)).statistics
-        assert found.part_id == f"mesh_{found.part_digest[:12]}"
-        assert cell.good("estimate", part_id=found.part_id).statistics
+        answer = cell.good("estimate", part=flat(WEDGE)).statistics
+        assert answer.part_id == f"mesh_{answer.part_digest[:12]}"
+        assert cell.good("estimate", part_id=answer.part_id).statistics
 
     def test_names_in_any_script(self, cell):
-        found = cell.good("estimate", part=flat(WEDGE, "Winkel 4×5 – 支架")).statistics
-        assert found.poses[0].pose_id.startswith("Winkel 4×5 – 支架/")
+        answer = cell.good("estimate", part=flat(WEDGE, "Winkel 4×5 – 支架")).statistics
+        assert answer.poses[0].pose_id.startswith("Winkel 4×5 – 支架/")
 
     @pytest.mark.parametrize(
         "service",
@@ -158,43 +159,57 @@ class TestValues:
     @pytest.mark.parametrize("method", METHODS)
     def test_are_those_of_the_library(self, cell, method):
         part_id = known_part(cell)
-        told = cell.good("estimate", part_id=part_id, method=method).statistics
-        assert_like_library(told, estimate(library_part(WEDGE, part_id), method))
+        statistics = cell.good("estimate", part_id=part_id, method=method).statistics
+        assert_like_library(statistics, estimate(library_part(WEDGE, part_id), method))
 
     def test_and_the_node_says_when_and_where(self, cell):
         answer = cell.good("estimate", part=flat(WEDGE, new_id()))
-        told = answer.statistics
+        statistics = answer.statistics
         assert "split" in answer.message and "most accurate" in answer.message
-        assert_like_library(told, estimate(library_part(WEDGE, told.part_id)))
-        assert (told.header.frame_id, told.plate, told.job_id) == ("plate", "", "")
-        assert told.final and told.revision > 0 and told.header.stamp.sec > 0
-        assert told.compute_time.sec + told.compute_time.nanosec > 0
+        assert_like_library(
+            statistics, estimate(library_part(WEDGE, statistics.part_id))
+        )
+        assert (statistics.header.frame_id, statistics.plate, statistics.job_id) == (
+            "plate",
+            "",
+            "",
+        )
+        assert (
+            statistics.final
+            and statistics.revision > 0
+            and statistics.header.stamp.sec > 0
+        )
+        assert statistics.compute_time.sec + statistics.compute_time.nanosec > 0
 
     @pytest.mark.parametrize(
-        ("method", "said"),
+        ("method", "words"),
         [
             ("guess", "combined"),
             ("simulation", "start a drop simulation"),
             ("hybrid", "auto with a target_error"),
         ],
     )
-    def test_what_is_no_estimator_is_refused(self, cell, method, said):
+    def test_what_is_no_estimator_is_refused(self, cell, method, words):
         message = cell.refused("estimate", part_id=known_part(cell), method=method)
-        assert f"'{method}'" in message and said in message
+        assert f"'{method}'" in message and words in message
 
 
 class TestScene:
     def test_request_before_part_before_node(self, cell):
         part_id = known_part(cell, restitution=0.3, drop_height=2.0)
-        for asked, scene in (
+        for fields, scene in (
             ({}, (0.3, 2.0)),
             ({"restitution": 0.1}, (0.1, 2.0)),
             ({"drop_height": 5.0}, (0.3, 5.0)),
             ({"restitution": 0.0, "drop_height": 4.0}, (0.0, 4.0)),
         ):
-            told = cell.good("estimate", part_id=part_id, **asked).statistics
-            dropped = finished(cell, start(cell, part_id, 50, **asked)).statistics
-            assert (told.restitution, dropped.restitution, dropped.drop_height) == (
+            statistics = cell.good("estimate", part_id=part_id, **fields).statistics
+            dropped = finished(cell, start(cell, part_id, 50, **fields)).statistics
+            assert (
+                statistics.restitution,
+                dropped.restitution,
+                dropped.drop_height,
+            ) == (
                 scene[0],
                 *scene,
             )
@@ -209,13 +224,13 @@ class TestScene:
 
     @pytest.mark.parametrize("restitution", [-1.0, -0.001, -math.inf])
     def test_negative_is_the_nodes(self, cell, restitution):
-        told = cell.good(
+        statistics = cell.good(
             "estimate", part_id=known_part(cell), restitution=restitution
         ).statistics
-        assert told.restitution == 0.5
+        assert statistics.restitution == 0.5
 
     @pytest.mark.parametrize(
-        ("asked", "said"),
+        ("fields", "words"),
         [
             *[
                 ({"restitution": value}, "below 1")
@@ -228,10 +243,10 @@ class TestScene:
             *[({"target_error": value}, "below 1") for value in (-0.1, 1.0, math.nan)],
         ],
     )
-    def test_out_of_range(self, cell, asked, said):
-        ((_, value),) = asked.items()
-        message = cell.refused("estimate", part_id=known_part(cell), **asked)
-        assert str(value) in message and said in message
+    def test_out_of_range(self, cell, fields, words):
+        ((_, value),) = fields.items()
+        message = cell.refused("estimate", part_id=known_part(cell), **fields)
+        assert str(value) in message and words in message
 
 
 class TestMassProperties:
@@ -248,7 +263,7 @@ class TestMassProperties:
             iyz=5e-7,
         )
         part_id = new_id()
-        told = cell.good(
+        statistics = cell.good(
             "estimate", part=flat(WEDGE, part_id, inertia=inertia)
         ).statistics
         expected = library_part(
@@ -258,16 +273,18 @@ class TestMassProperties:
             center_of_mass=(0.02, 0.012, 0.006),
             inertia=tensor,
         )
-        assert_like_library(told, estimate(expected))
+        assert_like_library(statistics, estimate(expected))
 
     def test_the_centre_is_in_metres_whatever_the_unit(self, cell):
         inertia = Inertia(m=1.0, com=Vector3(x=0.02, y=0.012, z=0.006))
         part = flat(
             (1000.0 * WEDGE[0], WEDGE[1]), new_id(), unit=0.001, inertia=inertia
         )
-        told = cell.good("estimate", part=part, method="split").statistics
+        statistics = cell.good("estimate", part=part, method="split").statistics
         expected = estimate(
             library_part(WEDGE, mass=1.0, center_of_mass=(0.02, 0.012, 0.006)), "split"
         )
-        assert told.radius == pytest.approx(expected.radius)
-        assert probabilities(told.poses) == pytest.approx(probabilities(expected.poses))
+        assert statistics.radius == pytest.approx(expected.radius)
+        assert probabilities(statistics.poses) == pytest.approx(
+            probabilities(expected.poses)
+        )

@@ -37,27 +37,30 @@ def publishers(client):
 def test_a_subscriber_hears_it_once_and_last(cell, shared_node):
     part_id = known_part(cell)
     with cell.late_joiner() as listener:
-        before = listener.wait(part_id)
+        first_result = listener.wait(part_id)
         cell.good("forget_part", part_id=part_id)
         last = listener.wait(part_id, is_farewell)
         assert (last.part_digest, last.header.frame_id, last.radius, last.final) == (
-            before.part_digest,
-            before.header.frame_id,
-            before.radius,
+            first_result.part_digest,
+            first_result.header.frame_id,
+            first_result.radius,
             True,
         )
         assert not last.poses and math.isnan(last.expected_error)
-        assert last.revision > before.revision
+        assert last.revision > first_result.revision
         assert last.warnings == [
             "FORGOTTEN: a client had the part forgotten; send the mesh again "
             "to get results."
         ]
         listener.wait(known_part(cell))
-        assert [is_farewell(one) for one in listener.of(part_id)] == [False, True]
+        assert [is_farewell(message) for message in listener.of(part_id)] == [
+            False,
+            True,
+        ]
     for service in ("get_statistics", "estimate", "forget_part"):
         assert f"'{part_id}'" in cell.refused(service, part_id=part_id)
     assert part_id not in {
-        one.part_id for one in cell.good("get_statistics").statistics
+        message.part_id for message in cell.good("get_statistics").statistics
     }
     (event,) = recorded_of(shared_node, "job_events", part_id)
     assert (event.event, event.header.stamp) == (
@@ -67,15 +70,15 @@ def test_a_subscriber_hears_it_once_and_last(cell, shared_node):
 
 
 def test_late_joiners_hear_nothing_and_its_publisher_goes(tuned):
-    kept = known_part(tuned)
-    gone = known_part(tuned)
+    kept_part = known_part(tuned)
+    forgotten_part = known_part(tuned)
     until(lambda: publishers(tuned) == 2, "a publisher each")
-    tuned.good("forget_part", part_id=gone)
+    tuned.good("forget_part", part_id=forgotten_part)
     until(lambda: publishers(tuned) == 1, "the end of its publisher")
     with tuned.late_joiner() as joiner:
-        joiner.wait(kept)
+        joiner.wait(kept_part)
         joiner.wait(known_part(tuned))
-        assert joiner.of(gone) == []
+        assert joiner.of(forgotten_part) == []
 
 
 def test_a_part_that_comes_again_has_higher_numbers(cell):
@@ -89,14 +92,16 @@ def test_a_part_that_comes_again_has_higher_numbers(cell):
         ):  # at once: its publisher may not have gone yet
             cell.good("forget_part", part_id=part_id)
             cell.good("estimate", part=flat((factor * WEDGE[0], WEDGE[1]), part_id))
-        shown = latched(cell, part_id)
-        listener.wait(part_id, lambda message: message.revision == shown.revision)
+        latched_statistics = latched(cell, part_id)
+        listener.wait(
+            part_id, lambda message: message.revision == latched_statistics.revision
+        )
         numbers = [message.revision for message in listener.of(part_id)]
         assert numbers == sorted(set(numbers))
     with cell.late_joiner() as joiner:
         assert (
             joiner.wait(part_id, lambda message: message.poses).revision
-            == shown.revision
+            == latched_statistics.revision
         )
 
 
@@ -109,7 +114,7 @@ def test_its_simulations_go_on(cell):
     reached(cell, long, RUNNING)
     assert cancelled(cell, long).statistics.part_id == part_id
     assert part_id not in {
-        one.part_id for one in cell.good("get_statistics").statistics
+        statistics.part_id for statistics in cell.good("get_statistics").statistics
     }
 
 
@@ -124,8 +129,8 @@ def size_of_a_part(client):
 @pytest.mark.parametrize("bound", ["max_parts", "max_part_bytes"])
 def test_parts_that_make_room_go_with_the_reason(tuned, bound):
     """The least recently used one, where a new part comes or the bound is lowered."""
-    one = 1 if bound == "max_parts" else int(1.2 * size_of_a_part(tuned))
-    tuned.set(**{bound: 3 * one})
+    room_for_one = 1 if bound == "max_parts" else int(1.2 * size_of_a_part(tuned))
+    tuned.set(**{bound: 3 * room_for_one})
     first, used, third = (known_part(tuned) for _ in range(3))
     tuned.good("estimate", part_id=first)
     with tuned.late_joiner() as listener:
@@ -134,13 +139,13 @@ def test_parts_that_make_room_go_with_the_reason(tuned, bound):
         fourth = known_part(tuned)
         listener.wait(fourth)
         assert bound in listener.wait(used, is_farewell).warnings[0]
-        tuned.set(**{bound: one})
+        tuned.set(**{bound: room_for_one})
         assert bound in listener.wait(third, is_farewell).warnings[0]
         listener.wait(first, is_farewell)
         assert not is_farewell(listener.of(fourth)[-1])
-    assert [known.part_id for known in tuned.good("get_statistics").statistics] == [
-        fourth
-    ]
+    assert [
+        statistics.part_id for statistics in tuned.good("get_statistics").statistics
+    ] == [fourth]
 
 
 def test_a_subscriber_that_hangs_holds_up_nobody(domain, tuned):

@@ -32,7 +32,7 @@ OTHERS = {
 
 def test_late_joiners_get_the_result_of_every_part(cell):
     parts = [known_part(cell) for _ in range(5)]
-    done = finished(cell, start(cell, parts[0], 3000)).statistics
+    job_statistics = finished(cell, start(cell, parts[0], 3000)).statistics
     with cell.late_joiner() as joiner:
         for part_id in parts:
             assert whole(joiner.wait(part_id)) == whole(latched(cell, part_id))
@@ -41,9 +41,9 @@ def test_late_joiners_get_the_result_of_every_part(cell):
     assert (first.method, first.final, first.job_id) == (
         "simulation",
         True,
-        done.job_id,
+        job_statistics.job_id,
     )
-    assert first.poses == done.poses
+    assert first.poses == job_statistics.poses
     assert {latched(cell, part_id).method for part_id in parts[1:]} == {"hybrid"}
 
 
@@ -79,7 +79,9 @@ def test_an_estimate_gives_way_to_its_check_whatever_its_error(cell):
         MeshPublisher(cell).matched().publish(flat(surface, part_id))
         joiner.wait(
             part_id,
-            lambda told: told.part_digest == expected.part_digest and told.drops,
+            lambda statistics: (
+                statistics.part_digest == expected.part_digest and statistics.drops
+            ),
         )
         *_, estimated, checked = joiner.of(part_id)
     assert (
@@ -98,33 +100,41 @@ def test_a_cancelled_simulation_counts_with_what_it_has(cell):
     job_id = start(cell, part_id, LONG, seed=1)
     until(lambda: get(cell, job_id).drops_done > 5000)
     drops = cancelled(cell, job_id).statistics.drops
-    shown = latched(cell, part_id)
-    assert (shown.drops, shown.final, shown.job_id) == (drops, True, job_id)
+    latched_statistics = latched(cell, part_id)
+    assert (
+        latched_statistics.drops,
+        latched_statistics.final,
+        latched_statistics.job_id,
+    ) == (drops, True, job_id)
 
 
-@pytest.mark.parametrize("asked", OTHERS.values(), ids=OTHERS)
-def test_answers_to_other_questions_are_not_latched(cell, asked):
+@pytest.mark.parametrize("fields", OTHERS.values(), ids=OTHERS)
+def test_answers_to_other_questions_are_not_latched(cell, fields):
     part_id = known_part(cell)
-    before = latched(cell, part_id)
-    assert not cell.good("estimate", part_id=part_id, **asked).statistics.job_id
-    if "method" not in asked:
+    earlier = latched(cell, part_id)
+    assert not cell.good("estimate", part_id=part_id, **fields).statistics.job_id
+    if "method" not in fields:
         assert (
-            finished(cell, start(cell, part_id, 3000, **asked)).statistics.drops == 3000
+            finished(cell, start(cell, part_id, 3000, **fields)).statistics.drops
+            == 3000
         )
-    assert whole(latched(cell, part_id)) == whole(before)
+    assert whole(latched(cell, part_id)) == whole(earlier)
 
 
 def test_the_scene_of_the_part_is_its_own_and_may_be_spelled_out(cell):
     scene = {"restitution": 0.3, "drop_height": 2.0}
-    for part_id, asked in (
+    for part_id, fields in (
         (known_part(cell, **scene), {}),
         (known_part(cell, **scene), scene),
         (known_part(cell), {"restitution": 0.5}),
     ):
-        before = latched(cell, part_id)
-        finished(cell, start(cell, part_id, 3000, **asked))
-        shown = latched(cell, part_id)
-        assert (shown.drops, shown.restitution) == (3000, before.restitution)
+        latched_before = latched(cell, part_id)
+        finished(cell, start(cell, part_id, 3000, **fields))
+        latched_statistics = latched(cell, part_id)
+        assert (latched_statistics.drops, latched_statistics.restitution) == (
+            3000,
+            latched_before.restitution,
+        )
 
 
 def test_an_estimate_by_the_method_that_is_wanted_now_takes_the_place_of_another(tuned):
@@ -146,12 +156,16 @@ def test_while_a_simulation_goes_on_numbers_rise_and_errors_fall(cell):
         until(lambda: len(joiner.of(part_id)) > 3)
         cancelled(cell, job_id)
         joiner.wait(part_id, lambda message: message.final and message.job_id)
-        first, *told = joiner.of(part_id)
+        first, *results_ = joiner.of(part_id)
     assert first.final and not first.job_id
-    assert [message.final for message in told] == [False] * (len(told) - 1) + [True]
-    assert all(b.revision > a.revision for a, b in pairwise([first, *told]))
-    assert all(b.expected_error <= a.expected_error for a, b in pairwise(told[:-1]))
-    assert len(told) <= time.monotonic() - begun + 2.0  # with the first one and the end
+    assert [message.final for message in results_] == [False] * (len(results_) - 1) + [
+        True
+    ]
+    assert all(b.revision > a.revision for a, b in pairwise([first, *results_]))
+    assert all(b.expected_error <= a.expected_error for a, b in pairwise(results_[:-1]))
+    assert (
+        len(results_) <= time.monotonic() - begun + 2.0
+    )  # with the first one and the end
 
 
 def test_every_other_result_has_another_number(cell):
@@ -160,8 +174,11 @@ def test_every_other_result_has_another_number(cell):
     drops_of = {(first := latched(cell, part_id)).revision: first.drops}
 
     def look():
-        told = running_with_results(cell, job_id).statistics
-        assert drops_of.setdefault(told.revision, told.drops) == told.drops
+        statistics = running_with_results(cell, job_id).statistics
+        assert (
+            drops_of.setdefault(statistics.revision, statistics.drops)
+            == statistics.drops
+        )
         return len(drops_of) > 3
 
     until(look)

@@ -44,8 +44,10 @@ class Drawing:
 
     def of(self, parts):
         """The first array that shows these parts and no others."""
-        wanted = {f"{part_id}/poses" for part_id in parts}
-        return self.wait(lambda array: {one.ns for one in bodies(array)} == wanted)
+        namespaces = {f"{part_id}/poses" for part_id in parts}
+        return self.wait(
+            lambda array: {body.ns for body in bodies(array)} == namespaces
+        )
 
     def __enter__(self):
         return self
@@ -57,39 +59,39 @@ class Drawing:
 def bodies(array, part_id=None):
     """Drawn bodies, of one part or of all."""
     return [
-        one
-        for one in array.markers
-        if one.type == Marker.TRIANGLE_LIST
-        and part_id in (None, one.ns.removesuffix("/poses"))
+        marker
+        for marker in array.markers
+        if marker.type == Marker.TRIANGLE_LIST
+        and part_id in (None, marker.ns.removesuffix("/poses"))
     ]
 
 
 def labels(array, part_id):
     return [
-        one
-        for one in array.markers
-        if one.type == Marker.TEXT_VIEW_FACING and one.ns == f"{part_id}/labels"
+        marker
+        for marker in array.markers
+        if marker.type == Marker.TEXT_VIEW_FACING and marker.ns == f"{part_id}/labels"
     ]
 
 
 def placed(marker):
     """Corners of a drawn body in the plate's frame."""
     turn = marker.pose.orientation
-    place = marker.pose.position
+    position = marker.pose.position
     turned = Rotation.from_quat((turn.x, turn.y, turn.z, turn.w)).apply(
         [(point.x, point.y, point.z) for point in marker.points]
     )
-    return turned + np.array((place.x, place.y, place.z))
+    return turned + np.array((position.x, position.y, position.z))
 
 
 @pytest.fixture
 def results(tuned):
     """Of a part of each body, by name."""
-    told = [
+    messages = [
         tuned.good("estimate", part=flat(surface, new_id())).statistics
         for surface in SURFACES.values()
     ]
-    return {one.part_id: one for one in told}
+    return {message.part_id: message for message in messages}
 
 
 def test_every_pose_rests_on_the_plate_beside_the_others_and_says_its_share(
@@ -97,45 +99,45 @@ def test_every_pose_rests_on_the_plate_beside_the_others_and_says_its_share(
 ):
     def says_all(array):
         return all(
-            [one.text for one in labels(array, part_id)]
+            [label.text for label in labels(array, part_id)]
             == [
                 part_id,
                 *(
                     f"{pose.index}: {100.0 * pose.probability:.1f} %"
-                    for pose in told.poses[:16]
+                    for pose in statistics.poses[:16]
                 ),
             ]
-            for part_id, told in results.items()
+            for part_id, statistics in results.items()
         )
 
     with Drawing(tuned) as drawing:
         array = drawing.wait(says_all)  # once the checked estimates are drawn
     assert array.markers[0].action == Marker.DELETEALL
-    assert {one.action for one in array.markers[1:]} == {Marker.ADD}
-    assert {one.header.frame_id for one in array.markers[1:]} == {"plate"}
-    names = [(one.ns, one.id) for one in array.markers[1:]]
+    assert {marker.action for marker in array.markers[1:]} == {Marker.ADD}
+    assert {marker.header.frame_id for marker in array.markers[1:]} == {"plate"}
+    names = [(marker.ns, marker.id) for marker in array.markers[1:]]
     assert len(names) == len(set(names))
     boxes = []
-    for part_id, told in results.items():
+    for part_id, result in results.items():
         row = bodies(array, part_id)
         texts = labels(array, part_id)
-        poses = told.poses[: len(row)]
-        assert len(row) == min(len(told.poses), 16)
-        assert [one.id for one in row] == [pose.index for pose in poses]
+        poses = result.poses[: len(row)]
+        assert len(row) == min(len(result.poses), 16)
+        assert [marker.id for marker in row] == [pose.index for pose in poses]
         for body, label, pose in zip(row, texts[1:], poses, strict=True):
             corners = placed(body)
-            assert corners[:, 2].min() == pytest.approx(0.0, abs=1e-7 * told.radius)
+            assert corners[:, 2].min() == pytest.approx(0.0, abs=1e-7 * result.radius)
             assert corners[:, 2].max() == pytest.approx(pose.top)
-            place = label.pose.position
-            aside = np.array((place.x, place.y)) - corners[:, :2].mean(axis=0)
-            assert np.linalg.norm(aside) < told.radius and place.z > pose.top
+            position = label.pose.position
+            offset = np.array((position.x, position.y)) - corners[:, :2].mean(axis=0)
+            assert np.linalg.norm(offset) < result.radius and position.z > pose.top
             assert_seen_from_outside(corners.reshape(-1, 3, 3))
             boxes.append((corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)))
-        middles = [placed(one)[:, 0].mean() for one in row]
-        assert all(right > left for left, right in pairwise(middles))
-    for place, (low, high) in enumerate(boxes):
+        middles = [placed(marker)[:, 0].mean() for marker in row]
+        assert all(right > first for first, right in pairwise(middles))
+    for position, (low, high) in enumerate(boxes):
         assert all(
-            (low > other[1]).any() or (high < other[0]).any() for other in boxes[:place]
+            (low > box[1]).any() or (high < box[0]).any() for box in boxes[:position]
         )
 
 
@@ -150,12 +152,14 @@ def assert_seen_from_outside(triangles):
 
 def test_fine_meshes_are_thinned_and_still_rest_on_the_plate(tuned):
     """What is drawn is thinned; so is, otherwise, the hull that rests."""
-    told = tuned.good("estimate", part=flat(ellipsoid(12_000), new_id())).statistics
+    statistics = tuned.good(
+        "estimate", part=flat(ellipsoid(12_000), new_id())
+    ).statistics
     with Drawing(tuned) as drawing:
-        row = bodies(drawing.of([told.part_id]))
+        row = bodies(drawing.of([statistics.part_id]))
     for marker in row:
         assert 1000 <= len(marker.points) / 3 <= 4000
-        assert abs(placed(marker)[:, 2].min()) < 0.02 * told.radius
+        assert abs(placed(marker)[:, 2].min()) < 0.02 * statistics.radius
 
 
 def test_however_many_parts_there_are_the_drawing_is_bounded(tuned):
@@ -172,16 +176,18 @@ def test_however_many_parts_there_are_the_drawing_is_bounded(tuned):
 
 
 def test_it_follows_parts_and_frame(tuned):
-    told = tuned.good("estimate", part=flat(WEDGE, new_id())).statistics
+    statistics = tuned.good("estimate", part=flat(WEDGE, new_id())).statistics
     with Drawing(tuned) as drawing:
-        drawing.of([told.part_id])
+        drawing.of([statistics.part_id])
         assert tuned.set(plate_frame="feeder") == {}
         drawing.wait(
             lambda array: (
-                {one.header.frame_id for one in array.markers[1:]} == {"feeder"}
+                {marker.header.frame_id for marker in array.markers[1:]} == {"feeder"}
             )
         )
-        tuned.good("forget_part", part_id=told.part_id)
+        tuned.good("forget_part", part_id=statistics.part_id)
         drawing.wait(
-            lambda array: [one.action for one in array.markers] == [Marker.DELETEALL]
+            lambda array: (
+                [marker.action for marker in array.markers] == [Marker.DELETEALL]
+            )
         )

@@ -35,19 +35,21 @@ class TestCopies:
                 nested(WEDGE, part_id),
                 flat(scaled(2.0), part_id, unit=0.5),
             )
-            before = until(lambda: (told := latched(cell, part_id)).drops and told)
+            refined = until(
+                lambda: (candidate := latched(cell, part_id)).drops and candidate
+            )
             MeshPublisher(cell, latched=True).matched().publish(flat(WEDGE, part_id))
-            again = cell.good(
+            repeated = cell.good(
                 "estimate", part=flat(scaled(2.0), part_id, unit=0.5)
             ).statistics
-            assert whole(again) == whole(before)
+            assert whole(repeated) == whole(refined)
             last = new_id()  # taken in its turn: by then all others have been
             publisher.publish(flat(WEDGE, last))
             joiner.wait(last)
             joiner.wait(part_id, lambda message: message.drops)
-            assert whole(joiner.of(part_id)[-1]) == whole(before)
+            assert whole(joiner.of(part_id)[-1]) == whole(refined)
             assert {message.part_digest for message in joiner.of(part_id)} == {
-                before.part_digest
+                refined.part_digest
             }
         assert len(recorded_of(shared_node, "part_mesh", part_id)) == 1
 
@@ -72,11 +74,12 @@ class TestNewMeshes:
                 *[flat(scaled(factor), swapped) for factor in np.linspace(2.0, 2.5, 50)]
             )
             joiner.wait(swapped, lambda message: message.part_digest == end)
-            told = joiner.of(swapped)
-        shown = recorded_of(shared_node, "pose_statistics", swapped)
-        assert len({message.part_digest for message in shown}) == 51
+            results = joiner.of(swapped)
+        recorded = recorded_of(shared_node, "pose_statistics", swapped)
+        assert len({message.part_digest for message in recorded}) == 51
         assert all(
-            b.revision > a.revision for a, b in (*pairwise(told), *pairwise(shown))
+            b.revision > a.revision
+            for a, b in (*pairwise(results), *pairwise(recorded))
         )
         with cell.late_joiner() as joiner:
             for part_id, factor in factors.items():
@@ -116,19 +119,23 @@ class TestNewMeshes:
         finished(cell, start(cell, part_id, 3000))
         best = latched(cell, part_id)
         for factor in (2.0, 1.0, 2.0):
-            between = cell.good(
+            interim = cell.good(
                 "estimate", part=flat(scaled(factor), part_id)
             ).statistics
-        assert not between.job_id
-        assert between.part_digest != best.part_digest
+        assert not interim.job_id
+        assert interim.part_digest != best.part_digest
         cell.good("estimate", part=flat(WEDGE, part_id))
-        shown = latched(cell, part_id)
-        assert (shown.part_digest, shown.drops, shown.header.stamp) == (
+        latched_statistics = latched(cell, part_id)
+        assert (
+            latched_statistics.part_digest,
+            latched_statistics.drops,
+            latched_statistics.header.stamp,
+        ) == (
             best.part_digest,
             3000,
             best.header.stamp,
         )
-        assert shown.revision > between.revision > best.revision
+        assert latched_statistics.revision > interim.revision > best.revision
         assert len(recorded_of(shared_node, "part_mesh", part_id)) == 2  # each once
 
     def test_a_job_on_the_old_mesh_is_not_latched_for_the_new(self, cell):
@@ -137,6 +144,6 @@ class TestNewMeshes:
         running_with_results(cell, job_id)
         cell.good("estimate", part=flat(scaled(1.5), part_id))
         answer = cancelled(cell, job_id).statistics
-        shown = latched(cell, part_id)
-        assert answer.drops > 0 and answer.part_digest != shown.part_digest
-        assert not shown.job_id
+        latched_statistics = latched(cell, part_id)
+        assert answer.drops > 0 and answer.part_digest != latched_statistics.part_digest
+        assert not latched_statistics.job_id

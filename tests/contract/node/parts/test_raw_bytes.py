@@ -46,11 +46,11 @@ def _append(data, message, order):
             inner = kind.removeprefix("sequence<").rstrip(">").partition("[")[0]
             if kind.startswith("sequence<"):
                 _number(data, "uint32", len(value), order)
-            for one in value:
+            for entry in value:
                 if inner in SIZES:
-                    _number(data, inner, one, order)
+                    _number(data, inner, entry, order)
                 else:
-                    _append(data, one, order)
+                    _append(data, entry, order)
         else:
             _append(data, value, order)
 
@@ -64,9 +64,9 @@ class TestOtherMachines:
         message = make((factor * WEDGE[0], WEDGE[1]), name, restitution=0.25)
         message.header.frame_id = "cad"
         MeshPublisher(tuned).matched().publish(encoded(message, order))
-        found = latched(tuned, name)
-        assert found.part_digest == library_part((factor * WEDGE[0], WEDGE[1])).digest
-        assert found.restitution == 0.25
+        answer = latched(tuned, name)
+        assert answer.part_digest == library_part((factor * WEDGE[0], WEDGE[1])).digest
+        assert answer.restitution == 0.25
 
     @pytest.mark.parametrize("order", [LITTLE, BIG])
     def test_standard_meshes_in_either_order(self, tuned, order):
@@ -110,7 +110,7 @@ def test_bytes_that_are_no_mesh_are_refused_and_the_next_mesh_is_taken(
     tuned, node, topic, kind, good
 ):
     health = Health(tuned)
-    before = int(health.line("parts")[1]["refused"])
+    refused_before = int(health.line("parts")[1]["refused"])
     publisher = MeshPublisher(tuned, topic.replace("~", tuned.prefix), kind).matched()
     bad = list(odd_bytes(good))
     for data in bad:
@@ -119,7 +119,7 @@ def test_bytes_that_are_no_mesh_are_refused_and_the_next_mesh_is_taken(
             f"{topic}: mesh refused: expected a serialised {kind.__name__}, "
             f"got {4 * -(-len(data) // 4)} bytes that are none"
         )
-    expected = before + len(bad)
+    expected = refused_before + len(bad)
     _, values = health.line(
         "parts", lambda _, values: int(values["refused"]) >= expected
     )

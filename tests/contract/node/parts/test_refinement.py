@@ -18,13 +18,15 @@ def test_what_is_latched_gets_sharper_step_by_step(tuned):
     with tuned.late_joiner() as joiner:
         part_id = known_part(tuned)
         final = joiner.wait(part_id, lambda message: message.job_id and message.final)
-        told = joiner.of(part_id)
+        results = joiner.of(part_id)
     assert (final.drops, final.method) == (40_000, "hybrid")
-    assert told[0].final and not told[0].job_id
-    assert [one.final for one in told if one.job_id][:-1] == [False] * sum(
-        not one.final for one in told
+    assert results[0].final and not results[0].job_id
+    assert [result.final for result in results if result.job_id][:-1] == [False] * sum(
+        not result.final for result in results
     )
-    assert all(b.revision > a.revision and b.drops > a.drops for a, b in pairwise(told))
+    assert all(
+        b.revision > a.revision and b.drops > a.drops for a, b in pairwise(results)
+    )
 
 
 def test_a_client_s_job_is_served_first_and_the_refinement_begins_again(tuned):
@@ -43,7 +45,9 @@ def test_a_change_of_the_parameter_refines_known_parts(tuned):
     for part_id in parts:
         final = until(
             lambda part_id=part_id: (
-                (told := latched(tuned, part_id)).drops == 2000 and told.final and told
+                (candidate := latched(tuned, part_id)).drops == 2000
+                and candidate.final
+                and candidate
             )
         )
         assert final.method == "hybrid"

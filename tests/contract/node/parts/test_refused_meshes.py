@@ -20,9 +20,9 @@ NAN = float("nan")
 INFINITY = float("inf")
 
 
-def moved_corner(place, value):
+def moved_corner(corner, value):
     vertices = VERTICES.copy()
-    vertices[place] = value
+    vertices[corner] = value
     return vertices, TRIANGLES
 
 
@@ -97,10 +97,10 @@ BAD = {
 
 def bad(kind):
     """A message of a name of its own, where the name is not what is bad; and what is said."""
-    message, said = BAD[kind]
+    message, words = BAD[kind]
     if message.part_id == "" or message.part_id.startswith("part_"):
         message.part_id = new_id()
-    return message, said
+    return message, words
 
 
 @pytest.fixture
@@ -120,14 +120,14 @@ def ball():
 class TestRequests:
     @pytest.mark.parametrize("kind", BAD)
     def test_all_say_why_and_nothing_is_remembered(self, cell, shared_node, kind):
-        message, said = bad(kind)
-        told = cell.refused("estimate", part=message)
-        assert said in told and told in shared_node.says(told).log
-        assert cell.refused("estimate", part=message) == told
+        message, words = bad(kind)
+        refusal = cell.refused("estimate", part=message)
+        assert words in refusal and refusal in shared_node.says(refusal).log
+        assert cell.refused("estimate", part=message) == refusal
         answer = cell.call("start_drop_simulation", part=message, drops=10)
         if answer.success:  # a look at the mesh that takes long is taken later
             answer = reached(cell, answer.job_id, FAILED)
-        assert answer.message == told
+        assert answer.message == refusal
         assert not cell.call("get_statistics", part_id=message.part_id).success
         assert "\x1b[31m" not in shared_node.log and "\nFATAL" not in shared_node.log
         assert cell.good("estimate", part=flat(WEDGE, new_id())).statistics.poses
@@ -142,27 +142,27 @@ class TestRequests:
 class TestTopic:
     def test_all_say_why_in_log_and_diagnostics(self, cell, shared_node, publisher):
         health = Health(cell)
-        before = int(health.line("parts")[1]["refused"])
-        sent = list(map(bad, BAD))
-        publisher.publish(*[message for message, _ in sent], PartMesh())
-        expected = before + len(BAD) + 1
+        refused_before = int(health.line("parts")[1]["refused"])
+        messages = list(map(bad, BAD))
+        publisher.publish(*[message for message, _ in messages], PartMesh())
+        expected = refused_before + len(BAD) + 1
         line, values = health.line(
             "parts", lambda _, values: int(values["refused"]) >= expected
         )
         assert line.level == line.WARN and int(values["refused"]) == expected
-        reasons = ["got none", *[said for _, said in sent]]
+        reasons = ["got none", *[words for _, words in messages]]
         listed = [value for key, value in values.items() if key.startswith("refused ")]
         assert len(listed) == 20 and all(
-            "~/part_mesh" in line and any(said in line for said in reasons)
+            "~/part_mesh" in line and any(words in line for words in reasons)
             for line in listed
         )  # the latest ones
-        for said in reasons:
+        for words in reasons:
             until(
-                lambda said=said: any(
-                    "~/part_mesh" in line and "mesh refused: " in line and said in line
+                lambda words=words: any(
+                    "~/part_mesh" in line and "mesh refused: " in line and words in line
                     for line in shared_node.lines
                 ),
-                said,
+                words,
             )
         part_id = new_id()
         publisher.publish(flat(WEDGE, part_id))
@@ -187,13 +187,13 @@ class TestLargeOnes:
     ):
         sheet = ball[0] * (1.0, 1.0, 0.0), ball[1]
         part_id = new_id()
-        other = known_part(cell)
+        quick_part = known_part(cell)
         goals = Goals(cell)
         job_id = cell.good(
             "start_drop_simulation", part=flat(sheet, part_id), drops=100
         ).job_id
         goal = goals.send(part=flat((2.0 * sheet[0], sheet[1]), new_id()), drops=100)
-        assert finished(cell, start(cell, other, 100)).drops_done == 100
+        assert finished(cell, start(cell, quick_part, 100)).drops_done == 100
         failed = reached(cell, job_id, FAILED)
         assert failed.message.startswith("expected ") and failed.drops_done == 0
         assert part_id in cell.refused("estimate", part_id=part_id)
@@ -202,9 +202,9 @@ class TestLargeOnes:
         assert not result.success and result.message.startswith("expected ")
 
     def test_a_nameless_one_twice_is_one_job(self, cell, ball):
-        asked = {"part": flat(ball), "drops": 5_000_000, "seed": 3}
+        fields = {"part": flat(ball), "drops": 5_000_000, "seed": 3}
         first, second = (
-            cell.good("start_drop_simulation", **asked).job_id for _ in range(2)
+            cell.good("start_drop_simulation", **fields).job_id for _ in range(2)
         )
         until(lambda: get(cell, first).drops_done > 0)
-        assert first == second == cell.good("start_drop_simulation", **asked).job_id
+        assert first == second == cell.good("start_drop_simulation", **fields).job_id

@@ -28,12 +28,12 @@ def missed(statistics):
     return any(line.startswith("TARGET_MISSED: ") for line in statistics.warnings)
 
 
-def assert_kept(told, target):
+def assert_kept(statistics, target):
     """By the drops with which the library keeps it with 90 % confidence."""
-    expected = auto(library_part(WEDGE), target, seed=told.seed)
-    assert (told.method, told.drops) == ("hybrid", expected.drops)
-    assert counts(told.poses) == counts(expected.poses)
-    assert 0 < told.drops < 10_000 and told.expected_error < target
+    expected = auto(library_part(WEDGE), target, seed=statistics.seed)
+    assert (statistics.method, statistics.drops) == ("hybrid", expected.drops)
+    assert counts(statistics.poses) == counts(expected.poses)
+    assert 0 < statistics.drops < 10_000 and statistics.expected_error < target
 
 
 class TestARequest:
@@ -59,9 +59,11 @@ class TestARequest:
         assert final.job_id == job_named(answer.message)
         assert_kept(final, TARGET)
         assert finished(tuned, final.job_id).statistics.poses == final.poses
-        again = tuned.good("estimate", part_id=part_id, target_error=TARGET)
-        assert whole(again.statistics) == whole(latched(tuned, part_id)) == whole(final)
-        assert "drops already made" in again.message
+        repeated = tuned.good("estimate", part_id=part_id, target_error=TARGET)
+        assert (
+            whole(repeated.statistics) == whole(latched(tuned, part_id)) == whole(final)
+        )
+        assert "drops already made" in repeated.message
         assert jobs_of(tuned, part_id) == [final.job_id]
         assert not missed(tuned.good("estimate", part_id=part_id).statistics)
 
@@ -76,11 +78,11 @@ class TestARequest:
 
     def test_by_a_method_by_name_is_never_refined(self, tuned):
         part_id = known_part(tuned)
-        told = tuned.good(
+        statistics = tuned.good(
             "estimate", part_id=part_id, method="csae", target_error=TARGET
         )
-        assert any("method auto" in line for line in told.statistics.warnings)
-        assert told.statistics.method == "csae" and jobs_of(tuned, part_id) == []
+        assert any("method auto" in line for line in statistics.statistics.warnings)
+        assert statistics.statistics.method == "csae" and jobs_of(tuned, part_id) == []
         tuned.set(default_method="area")
         assert tuned.good("estimate", part_id=part_id).statistics.method == "area"
         answer = tuned.good(
@@ -90,12 +92,12 @@ class TestARequest:
 
     def test_again_while_it_waits_is_the_same_job(self, tuned):
         start(tuned, known_part(tuned), LONG)  # which keeps the queue busy
-        asked = {"part_id": known_part(tuned), "target_error": TARGET}
-        first, again = (
-            job_named(tuned.good("estimate", **asked).message) for _ in range(2)
+        fields = {"part_id": known_part(tuned), "target_error": TARGET}
+        first, second = (
+            job_named(tuned.good("estimate", **fields).message) for _ in range(2)
         )
-        other = tuned.good("estimate", **{**asked, "target_error": 0.005}).message
-        assert first == again != job_named(other)
+        other_job = tuned.good("estimate", **{**fields, "target_error": 0.005}).message
+        assert first == second != job_named(other_job)
 
     def test_meets_a_full_queue_and_the_answer_says_so(self, tuned):
         tuned.set(max_queued_jobs=0)
@@ -112,27 +114,28 @@ class TestARequest:
         part_id = known_part(tuned)
         scenes = range(30, 38)
         for hundredths in scenes:
-            asked = {"part_id": part_id, "restitution": 0.01 * hundredths}
-            drops = tuned.good("estimate", **asked).statistics.drops + 1
+            fields = {"part_id": part_id, "restitution": 0.01 * hundredths}
+            drops = tuned.good("estimate", **fields).statistics.drops + 1
             tuned.set(drops=drops)
-            asked["target_error"] = 0.001
-            ended = finished(tuned, job_named(tuned.good("estimate", **asked).message))
+            fields["target_error"] = 0.001
+            ended = finished(tuned, job_named(tuned.good("estimate", **fields).message))
             assert ended.statistics.drops == drops and "TARGET_MISSED" in ended.message
-            again = tuned.good("estimate", **asked)
+            repeated = tuned.good("estimate", **fields)
             assert (
-                again.statistics.drops == drops and "parameter drops" in again.message
+                repeated.statistics.drops == drops
+                and "parameter drops" in repeated.message
             )
         assert len(jobs_of(tuned, part_id)) == len(scenes)
 
     def test_in_another_scene_is_not_latched_but_remembered(self, tuned):
         part_id = known_part(tuned)
-        asked = {"part_id": part_id, "target_error": TARGET, "restitution": 0.2}
-        job_id = job_named(tuned.good("estimate", **asked).message)
+        fields = {"part_id": part_id, "target_error": TARGET, "restitution": 0.2}
+        job_id = job_named(tuned.good("estimate", **fields).message)
         ended = finished(tuned, job_id).statistics
         assert (ended.method, ended.restitution) == ("hybrid", 0.2)
         assert not latched(tuned, part_id).job_id
-        again = tuned.good("estimate", **asked).statistics
-        assert (again.method, again.job_id) == ("hybrid", job_id)
+        repeated = tuned.good("estimate", **fields).statistics
+        assert (repeated.method, repeated.job_id) == ("hybrid", job_id)
 
     def test_its_job_can_be_cancelled(self, tuned):
         tuned.set(drops=LONG)
@@ -144,8 +147,12 @@ class TestARequest:
         assert not tuned.good("estimate", part_id=part_id).statistics.job_id
         ended = cancelled(tuned, job_id)
         assert ended.state == CANCELLED and ended.statistics.method == "hybrid"
-        shown = latched(tuned, part_id)
-        assert (shown.method, shown.drops, shown.final) == (
+        latched_statistics = latched(tuned, part_id)
+        assert (
+            latched_statistics.method,
+            latched_statistics.drops,
+            latched_statistics.final,
+        ) == (
             "hybrid",
             ended.statistics.drops,
             True,
@@ -167,8 +174,8 @@ class TestARequest:
         )
         part_id = new_id()
         tuned.good("estimate", part=flat(surface, part_id, inertia=inertia_of(part)))
-        asked = tuned.good("estimate", part_id=part_id, target_error=0.005)
-        dropped = finished(tuned, job_named(asked.message)).statistics
+        first_answer = tuned.good("estimate", part_id=part_id, target_error=0.005)
+        dropped = finished(tuned, job_named(first_answer.message)).statistics
         assert any(line.startswith("CONFLICT:") for line in dropped.warnings)
         answer = tuned.good("estimate", part_id=part_id)
         assert answer.message.startswith("Drops already made contradict split.")
@@ -187,10 +194,14 @@ class TestARequest:
         )  # and so they do when the node drops by itself
         refined = new_id()
         tuned.good("estimate", part=flat(surface, refined, inertia=inertia_of(part)))
-        told = until(
-            lambda: (one := latched(tuned, refined)).final and one.drops == 5000 and one
+        by_drops = until(
+            lambda: (
+                (candidate := latched(tuned, refined)).final
+                and candidate.drops == 5000
+                and candidate
+            )
         )
-        assert any(line.startswith("CONFLICT:") for line in told.warnings)
+        assert any(line.startswith("CONFLICT:") for line in by_drops.warnings)
 
 
 class TestTheNodesOwn:
@@ -215,8 +226,11 @@ class TestTheNodesOwn:
         assert final.method == "simulation" and final.expected_error <= TARGET
 
     def test_drops_that_are_asked_for_stay_plain(self, tuned):
-        told = finished(tuned, start(tuned, known_part(tuned), 500)).statistics
-        assert told.method == "simulation"
-        assert [pose.probability for pose in told.poses] == pytest.approx(
-            [pose.count / (told.drops - told.unsettled) for pose in told.poses]
+        statistics = finished(tuned, start(tuned, known_part(tuned), 500)).statistics
+        assert statistics.method == "simulation"
+        assert [pose.probability for pose in statistics.poses] == pytest.approx(
+            [
+                pose.count / (statistics.drops - statistics.unsettled)
+                for pose in statistics.poses
+            ]
         )

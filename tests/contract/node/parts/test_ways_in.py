@@ -60,7 +60,7 @@ def workshop(domain, tmp_path_factory, clamp):
     ):
         MeshPublisher(early, latched=True).publish(flat(WEDGE, "early part"))
         MeshPublisher(early, "/cad/early", Mesh, latched=True).publish(mesh(BOX))
-        said = command.says("")
+        output = command.says("")
         with cell_of(
             domain,
             tmp_path_factory.mktemp("bags"),
@@ -68,7 +68,7 @@ def workshop(domain, tmp_path_factory, clamp):
             mesh_topics=TOPICS,
             mesh_unit=0.001,
         ) as (node, client):
-            yield client, said
+            yield client, output
             status, complained = command.end()
             assert status == 0
             # Whether it waited for longer than five seconds, and for what, is up to the machine.
@@ -91,11 +91,14 @@ def test_latched_publishers_that_were_there_before(workshop, part_id, expected):
 
 def test_the_command_publishes_a_file_for_nodes_that_start_later(workshop, clamp):
     """With a unit, a mass and a scene, under the file's name; ROS arguments go to ROS."""
-    client, said = workshop
-    shown = latched(client, "clamp 7")
-    assert said.startswith("clamp 7: ") and f"{len(WEDGE[1])} triangles" in said
-    assert shown.part_digest == load_part(clamp, "mm", mass=0.06).digest
-    assert (shown.restitution, shown.drop_height) == (0.2, 0.3)
+    client, output = workshop
+    latched_statistics = latched(client, "clamp 7")
+    assert output.startswith("clamp 7: ") and f"{len(WEDGE[1])} triangles" in output
+    assert latched_statistics.part_digest == load_part(clamp, "mm", mass=0.06).digest
+    assert (latched_statistics.restitution, latched_statistics.drop_height) == (
+        0.2,
+        0.3,
+    )
 
 
 @pytest.mark.parametrize(
@@ -112,17 +115,17 @@ def test_a_mesh_by_the_file_that_holds_it(cell, clamp):
     """With its unit, in a topic and in a request; refused where there is no such file."""
     part_id = new_id()
     resource = clamp.as_uri()
-    sent = PartMesh(part_id=part_id, unit=0.001, mesh_resource=resource)
-    MeshPublisher(cell).matched().publish(sent)
+    message = PartMesh(part_id=part_id, unit=0.001, mesh_resource=resource)
+    MeshPublisher(cell).matched().publish(message)
     digest = load_part(clamp, "mm").digest
     assert latched(cell, part_id).part_digest == digest
-    assert cell.good("estimate", part=sent).statistics.part_digest == digest
-    for name, said in (
+    assert cell.good("estimate", part=message).statistics.part_digest == digest
+    for name, words in (
         ("file:///nowhere/part.stl", "No such file"),
         ("part.stl", "file:///FILE"),
         ("package://no_such_package/part.stl", "a package that is installed"),
     ):
-        assert said in cell.refused("estimate", part=PartMesh(mesh_resource=name))
+        assert words in cell.refused("estimate", part=PartMesh(mesh_resource=name))
 
 
 def test_a_nameless_part_is_named_by_its_digest(cell):
@@ -178,7 +181,7 @@ class TestTheCommand:
     """How it ends, and what it refuses as the node would."""
 
     def test_it_gives_up_after_the_time_given(self, wedge):
-        done = call(
+        outcome = call(
             "publish",
             wedge,
             "--part-id",
@@ -192,17 +195,17 @@ class TestTheCommand:
             "--topic",
             "/nobody/part_mesh",
         )
-        assert done.stdout.startswith("Winkel 4×5: ")
+        assert outcome.stdout.startswith("Winkel 4×5: ")
         assert (
-            done.returncode == 2
-            and "no node answers on /nobody/pose_stat" in done.stderr
+            outcome.returncode == 2
+            and "no node answers on /nobody/pose_stat" in outcome.stderr
         )
 
     def test_it_prints_what_the_node_answers_and_show_what_is_latched(
         self, cell, wedge
     ):
         part_id = new_id()
-        given = (
+        arguments = (
             "publish",
             wedge,
             "--part-id",
@@ -213,22 +216,23 @@ class TestTheCommand:
             0.25,
             "--json",
         )
-        call(*given)
+        call(*arguments)
         until(
             lambda: latched(cell, part_id).drops
         )  # else it may have printed what they check
-        published = strict_json(call(*given).stdout)
+        published = strict_json(call(*arguments).stdout)
         assert (published["method"], published["restitution"]) == ("hybrid", 0.25)
         assert answer_json("show", part_id) == published
-        found = latched(cell, part_id)
+        statistics = latched(cell, part_id)
         table = answer("show", part_id)
-        assert f"{found.scene}\n{len(found.poses)} stable poses" in table
+        assert f"{statistics.scene}\n{len(statistics.poses)} stable poses" in table
         assert all(
-            f" {100.0 * pose.probability:.2f}% " in table for pose in found.poses
+            f" {100.0 * pose.probability:.2f}% " in table for pose in statistics.poses
         )
         [row] = [line for line in answer("show").splitlines() if f" {part_id} " in line]
         assert (
-            f"{found.poses[0].index}: {100.0 * found.poses[0].probability:.1f}, " in row
+            f"{statistics.poses[0].index}: {100.0 * statistics.poses[0].probability:.1f}, "
+            in row
         )
 
     def test_an_answer_about_another_scene_is_not_taken_for_its_own(
@@ -239,7 +243,7 @@ class TestTheCommand:
         part_id = new_id()
         path = write_stl(tmp_path / "fine.stl", (fine.vertices, fine.faces))
         for height in (0.3, 0.4):
-            done = call(
+            outcome = call(
                 "publish",
                 path,
                 "--unit",
@@ -250,13 +254,13 @@ class TestTheCommand:
                 height,
                 "--json",
             )
-            assert strict_json(done.stdout)["drop_height"] == height
+            assert strict_json(outcome.stdout)["drop_height"] == height
 
     def test_a_method_that_knows_no_heights_answers_whatever_the_height(
         self, tuned, wedge
     ):
         assert tuned.set(default_method="csae") == {}
-        done = call(
+        outcome = call(
             "publish",
             wedge,
             "--unit",
@@ -269,7 +273,7 @@ class TestTheCommand:
             60,
             "--json",
         )
-        assert strict_json(done.stdout)["method"] == "csae"
+        assert strict_json(outcome.stdout)["method"] == "csae"
 
     def test_show_names_the_parts_that_there_are_and_says_where_nobody_answers(
         self, cell
@@ -283,11 +287,11 @@ class TestTheCommand:
         """And prints nothing else, whatever the middleware complains of."""
         part_id = known_part(cell)
         monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", str(tmp_path / "none.xml"))
-        with Running(*COMMAND, "show", part_id, "--watch", "--json") as shown:
-            first = json.loads(shown.says(""))
+        with Running(*COMMAND, "show", part_id, "--watch", "--json") as command:
+            first = json.loads(command.says(""))
             cell.good("forget_part", part_id=part_id)
-            last = json.loads(shown.says(""))
-            assert shown.end()[0] == 0
+            last = json.loads(command.says(""))
+            assert command.end()[0] == 0
         assert (
             first["poses"] and not last["poses"] and "FORGOTTEN" in last["warnings"][0]
         )
@@ -309,7 +313,7 @@ class TestTheCommand:
         assert "thick" in refusal("publish", path)
 
     @pytest.mark.parametrize(
-        ("given", "said"),
+        ("arguments", "words"),
         [
             (["--com", 1000.0, 0.0, 0.0], "centre of mass"),
             (["--mass", 0], "finite mass above 0 kg"),
@@ -325,5 +329,5 @@ class TestTheCommand:
             *[(["--drop-height", value], "drop height above 0") for value in (0, -1.0)],
         ],
     )
-    def test_what_the_node_would_refuse(self, wedge, given, said):
-        assert said in refusal("publish", wedge, *given)
+    def test_what_the_node_would_refuse(self, wedge, arguments, words):
+        assert words in refusal("publish", wedge, *arguments)

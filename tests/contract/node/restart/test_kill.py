@@ -27,7 +27,7 @@ class Killings:
 
     def recorded(self):
         """Topic and bytes of everything in all bags."""
-        return [one for bag in bags_of(self.folder) for one in raw(bag)]
+        return [message for bag in bags_of(self.folder) for message in raw(bag)]
 
     def have_met_enough(self):
         """Whether there was all that a kill may come upon, which it does where it happens to."""
@@ -37,7 +37,7 @@ class Killings:
 
     def live(self, answers):
         """Start, look at what the last life left, work for a number of answers, and die."""
-        left = bags_of(self.folder)
+        bags = bags_of(self.folder)
         cut_off = unfinished(events(self.recorded()))
         node = NodeProcess(
             self.folder,
@@ -55,14 +55,14 @@ class Killings:
                 return
             client = Client(self.domain, "/killed/pose_stats")
             node.ready()
-            for bag in left:
+            for bag in bags:
                 assert_readable_by_others(bag)
             self._look_at(client, cut_off)
-            before = len(self.told.answers)
+            answers_before = len(self.told.answers)
             witness = Witness(client, self.told, self.chance.random())
             try:
                 until(
-                    lambda: len(self.told.answers) >= before + answers,
+                    lambda: len(self.told.answers) >= answers_before + answers,
                     "so many answers",
                 )
                 node.kill()

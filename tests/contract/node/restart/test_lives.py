@@ -30,7 +30,10 @@ from ..harness.slow import builder_at_work, ellipsoid, standing
 
 def shown(client):
     """What is latched, by part."""
-    return {told.part_id: told for told in client.good("get_statistics").statistics}
+    return {
+        statistics.part_id: statistics
+        for statistics in client.good("get_statistics").statistics
+    }
 
 
 def first_life(client):
@@ -52,10 +55,10 @@ def first_life(client):
     client.good("estimate", part=flat(WEDGE, "remembered"))
     MeshPublisher(client, "/lives/cad", Mesh).matched().publish(mesh(scaled(1.4)))
     until(lambda: latched(client, "cad").drops, "its check")
-    seen = client.good("estimate", part=flat(scaled(1.5), "seen")).statistics
+    answer = client.good("estimate", part=flat(scaled(1.5), "seen")).statistics
     counting(client).publish(
-        counted(seen, [9, 1], from_pose=seen.poses[1].index, feeder_speed="slow"),
-        counted(seen, [30, 70]),
+        counted(answer, [9, 1], from_pose=answer.poses[1].index, feeder_speed="slow"),
+        counted(answer, [30, 70]),
     ).acknowledged()
     learnt(client, "seen", 100)
 
@@ -73,16 +76,16 @@ def fed(client):
     )
 
 
-def assert_restored(client, before):
+def assert_restored(client, expected):
     """All parts with their results, as soon as the node is ready, latched and asked for."""
     with client.late_joiner() as joiner:
-        now = {part_id: joiner.wait(part_id) for part_id in before}
-        assert joiner.parts() == set(before)
-    asked = shown(client)
-    assert asked.keys() == before.keys()
-    for part_id, message in now.items():
-        old = before[part_id]
-        assert whole(message) == whole(asked[part_id])
+        restored = {part_id: joiner.wait(part_id) for part_id in expected}
+        assert joiner.parts() == set(expected)
+    current = shown(client)
+    assert current.keys() == expected.keys()
+    for part_id, message in restored.items():
+        old = expected[part_id]
+        assert whole(message) == whole(current[part_id])
         for field in (
             "part_digest",
             "method",
@@ -113,60 +116,61 @@ def begin(domain, folder):
 @pytest.fixture(scope="module")
 def lives(begin, domain, folder):
     """One that ends well, one that is killed, and what they left."""
-    left = SimpleNamespace()
+    remembered = SimpleNamespace()
     with begin() as (_, client):
         first_life(client)
-        left.first = shown(client)
-        left.fed = fed(client)
-        left.done = client.call("list_drop_simulations").job_id
-        left.answers = {job_id: get(client, job_id) for job_id in left.done}
+        remembered.first = shown(client)
+        remembered.fed = fed(client)
+        remembered.done = client.call("list_drop_simulations").job_id
+        remembered.answers = {job_id: get(client, job_id) for job_id in remembered.done}
     with begin() as (node, client):
         assert_restored(
-            client, left.first
+            client, remembered.first
         )  # here, since it is over when the next one begins
-        left.fed_again = fed(client)
-        left.again = {job_id: get(client, job_id) for job_id in left.done}
-        left.process = node.process.pid
-        left.second = refusal(
+        remembered.fed_again = fed(client)
+        remembered.again = {job_id: get(client, job_id) for job_id in remembered.done}
+        remembered.process = node.process.pid
+        remembered.second = refusal(
             "node", "--ros-args", "-p", f"log_directory:={folder}", "-r", "__ns:=/lives"
         )
-        left.better = finished(
+        remembered.better = finished(
             client, start(client, "simulated", 20_000, seed=5)
         ).statistics
         camera = counting(client)
-        camera.publish(counted(left.first["seen"], [1, 0]))
+        camera.publish(counted(remembered.first["seen"], [1, 0]))
         learnt(client, "seen", 101)
-        left.job_id = start(client, "own scene", LONG)
-        running_with_results(client, left.job_id)
-        with cell_of(domain, folder, "other") as (other, guest):
-            left.others = (
+        remembered.job_id = start(client, "own scene", LONG)
+        running_with_results(client, remembered.job_id)
+        with cell_of(domain, folder, "other") as (other_node, guest):
+            remembered.others = (
                 shown(guest),
                 guest.call("list_drop_simulations").job_id,
-                other.log,
+                other_node.log,
             )
             for part_id in ("unwanted", "asked for", "first"):
                 guest.good("estimate", part=flat(ellipsoid(6000), part_id))
-        left.bag = bags_of(folder)[1]
-        camera.publish(counted(left.first["seen"], [0, 1]))
+        remembered.bag = bags_of(folder)[1]
+        camera.publish(counted(remembered.first["seen"], [0, 1]))
         until(
             lambda: len(recorded(folder, "pose_counts")) == 4,
             "the last count on record",
         )
         node.kill()
-    return left
+    return remembered
 
 
 def test_finished_jobs_answer_as_before(lives):
     assert len(lives.done) == 3
-    for job_id, before in lives.answers.items():
+    for job_id, answer in lives.answers.items():
         assert (
-            whole(lives.again[job_id]) == whole(before) and before.statistics.drops > 0
+            whole(lives.again[job_id]) == whole(answer) and answer.statistics.drops > 0
         )
 
 
 def test_counted_flips_are_known_again_and_are_no_landings(lives):
     assert all(
-        told.message.endswith("and 10 seen.") for told in (lives.fed, lives.fed_again)
+        answer.message.endswith("and 10 seen.")
+        for answer in (lives.fed, lives.fed_again)
     )
     assert lives.first["seen"].observed == 100
 
@@ -213,7 +217,7 @@ def third(lives, begin, folder):
         if text:
             (folder / name / f"{name}_0.mcap").write_text(text)
     with begin() as (node, client):
-        told = SimpleNamespace(
+        record = SimpleNamespace(
             shown=shown(client),
             job=get(client, lives.job_id),
             log=node.log,
@@ -222,10 +226,10 @@ def third(lives, begin, folder):
         expected = {
             **lives.first,
             "simulated": lives.better,
-            "seen": told.shown["seen"],
+            "seen": record.shown["seen"],
         }
-        assert_restored(client, {**expected, "own scene": told.shown["own scene"]})
-    return told
+        assert_restored(client, {**expected, "own scene": record.shown["own scene"]})
+    return record
 
 
 def test_a_kill_loses_nothing_that_was_acknowledged(lives, third, folder):
@@ -250,15 +254,22 @@ def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
     shutil.copytree(lives.bag, folder / (lives.bag.name + "0"))
     with begin(restitution=0.3, plate_frame="feeder", max_parts=6) as (node, client):
         client.good("estimate", part_id="seen")
-        now = until(lambda: len(found := shown(client)) == 6 and found, "six results")
-        assert {"seen", "simulated", "own scene"} <= now.keys()
-        assert all(told.header.frame_id == "feeder" for told in now.values())
-        assert (now["simulated"].job_id, now["simulated"].restitution) == ("", 0.3)
-        assert now["simulated"].revision > third.shown["simulated"].revision
-        assert now["own scene"].restitution == 0.2
-        assert now["seen"].observed == 102
+        current = until(
+            lambda: len(results := shown(client)) == 6 and results, "six results"
+        )
+        assert {"seen", "simulated", "own scene"} <= current.keys()
+        assert all(
+            statistics.header.frame_id == "feeder" for statistics in current.values()
+        )
+        assert (current["simulated"].job_id, current["simulated"].restitution) == (
+            "",
+            0.3,
+        )
+        assert current["simulated"].revision > third.shown["simulated"].revision
+        assert current["own scene"].restitution == 0.2
+        assert current["seen"].observed == 102
         client.good("forget_part", part_id="own scene")
-        kept = set(now) - {"own scene"}
+        part_ids = set(current) - {"own scene"}
         node.kill()
     cancelled = [
         event.job_id
@@ -269,7 +280,7 @@ def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
     for bag in bags_of(folder):
         shutil.rmtree(bag)
     with begin() as (_, client):
-        until(lambda: shown(client).keys() == kept, "all results")
+        until(lambda: shown(client).keys() == part_ids, "all results")
         assert latched(client, "seen").observed == 102
         assert get(client, lives.job_id).state == CANCELLED
     (file,) = folder.glob("lives.*.sqlite3")
