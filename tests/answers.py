@@ -1,4 +1,6 @@
-"""What tests read of an answer, and files that they write without the package's help."""
+"""What tests read of an answer, and files that they write without the package's
+help.
+"""
 
 from pathlib import Path
 

@@ -1,8 +1,10 @@
-"""Settings of the whole suite: equal examples in every run, time limits, processes counted.
+"""Settings of the whole suite: equal examples in every run, time limits, processes
+counted.
 
-`HYPOTHESIS_PROFILE=search pytest ...` tries many more examples, different in every run. At its
-end a run says how many processes its tests started, and lists them in the file `STARTS_LOG`;
-a whole quick run of up to three workers, who have a node each, fails at more than `MOST_STARTS`.
+`HYPOTHESIS_PROFILE=search pytest ...` tries many more examples, different in every run.
+At its end a run says how many processes its tests started, and lists them in the file
+`STARTS_LOG`; a whole quick run of up to three workers, who have a node each, fails at
+more than `MOST_STARTS`.
 """
 
 import os
@@ -25,7 +27,9 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fixed"))
 MOST_STARTS = 80
 LONG_SECONDS = 900
 NODE_SECONDS = 300
-"""Time limits of long tests and of those over DDS; that of the others is in `setup.cfg`."""
+"""Time limits of long tests and of those over DDS; that of the others is in
+`setup.cfg`.
+"""
 
 STARTS = "process_starts"
 

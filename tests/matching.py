@@ -19,7 +19,8 @@ def values(poses, name):
 
 
 def matched(poses, others, turn=None, angle=1e-6):
-    """`others` in the order of `poses`, where `turn` carries the first part to the second.
+    """`others` in the order of `poses`, where `turn` carries the first part to the
+    second.
 
     Fails unless the poses match one to one within an angle.
     """
@@ -38,7 +39,9 @@ def group_sizes(surface, tolerance=0.0, **properties):
 
 
 def same(first, second):
-    """Whether two messages of different classes hold the same values; NaN equals NaN."""
+    """Whether two messages of different classes hold the same values; NaN equals
+    NaN.
+    """
     if hasattr(second, "get_fields_and_field_types"):
         return all(
             same(getattr(first, name), getattr(second, name))

@@ -106,7 +106,9 @@ def answer(*arguments):
 
 
 def answer_json(*arguments):
-    """What a command prints with `--json`: an object, or a list of them, with all their keys."""
+    """What a command prints with `--json`: an object, or a list of them, with all their
+    keys.
+    """
     values = strict_json(answer(*arguments, "--json"))
     objects = values if isinstance(values, list) else [values]
     assert all("units" in entry for entry in objects)
@@ -138,7 +140,9 @@ def refusal_of(call, *arguments, **options):
 
 
 def command(*arguments):
-    """Run `python -m ros_pose_stats` in a process of its own, from the repository root."""
+    """Run `python -m ros_pose_stats` in a process of its own, from the repository
+    root.
+    """
     return subprocess.run(
         [sys.executable, "-m", "ros_pose_stats", *map(str, arguments)],
         capture_output=True,
@@ -148,7 +152,9 @@ def command(*arguments):
 
 
 def about(process, file):
-    """What Linux says about a process or one of its threads; nothing once it is gone."""
+    """What Linux says about a process or one of its threads; nothing once it is
+    gone.
+    """
     try:
         return Path(f"/proc/{process}/{file}").read_text()
     except (FileNotFoundError, ProcessLookupError):

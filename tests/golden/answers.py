@@ -1,10 +1,12 @@
-"""What the commands of one checkout answer for many parts; run as a script beside any checkout.
+"""What the commands of one checkout answer for many parts; run as a script beside any
+checkout.
 
     PYTHONPATH=CHECKOUT python answers.py PARTS OUTPUT [--only WORD ...] [--other-hull]
 
-PARTS is a folder of mesh files (a subfolder `real` holds files in their own units), OUTPUT the
-JSON file that is written: request -> answer, all numbers in full. Nothing of the package but its
-command line is imported, so that this file serves checkouts whose inside is different.
+PARTS is a folder of mesh files (a subfolder `real` holds files in their own units),
+OUTPUT the JSON file that is written: request -> answer, all numbers in full. Nothing of
+the package but its command line is imported, so that this file serves checkouts whose
+inside is different.
 """
 
 import argparse
@@ -268,7 +270,9 @@ def requests_of_part(file, radius):
 
 
 def prefix_of(file):
-    """How requests about a part begin; parts that were not made here may have names of others."""
+    """How requests about a part begin; parts that were not made here may have names of
+    others.
+    """
     return f"{'real/' if file.parent.name == 'real' else ''}{file.name}: "
 
 
@@ -298,7 +302,9 @@ def answers_of_part(file, chosen):
 
 
 def film_of(file, unit):
-    """A digest of all messages of a recorded drop: the file around them says when it was made."""
+    """A digest of all messages of a recorded drop: the file around them says when it
+    was made.
+    """
     from mcap.reader import make_reader
 
     with tempfile.TemporaryDirectory() as folder:

@@ -1,8 +1,10 @@
-"""Answers condensed to what is kept, and compared: exactly, but for floats that others round.
+"""Answers condensed to what is kept, and compared: exactly, but for floats that others
+round.
 
-Kept of an answer are a digest of all that is exact (counts, digests, indices, words, structure)
-and its floating-point numbers to twelve digits. Libraries round otherwise on other processors, so
-numbers agree within `ROUNDING`, and those printed in text within one unit of their last digit.
+Kept of an answer are a digest of all that is exact (counts, digests, indices, words,
+structure) and its floating-point numbers to twelve digits. Libraries round otherwise on
+other processors, so numbers agree within `ROUNDING`, and those printed in text within
+one unit of their last digit.
 """
 
 import hashlib
@@ -10,7 +12,9 @@ import json
 import re
 
 ROUNDING = 1e-9
-"""Relative and absolute: a thousand times what estimates differed by between processors."""
+"""Relative and absolute: a thousand times what estimates differed by between
+processors.
+"""
 
 BITS = "bits"
 """Key of what is equal to the last bit on one machine alone; not kept."""
@@ -19,7 +23,9 @@ DECIMAL = re.compile(r"(?<![\w.])[-+−]?\d+(?:\.\d+(?:e[-+]?\d+)?|e[-+]\d+)(?!\
 
 
 def condense(answer):
-    """Digest of what is exact, and the numbers that are not, with the unit of their last digit."""
+    """Digest of what is exact, and the numbers that are not, with the unit of their
+    last digit.
+    """
     numbers = []
 
     def plain(value):

@@ -1,4 +1,5 @@
-"""How this machine plays others: environments in which libraries use what other processors have.
+"""How this machine plays others: environments in which libraries use what other
+processors have.
 
 Where the environment already chooses the kernels of OpenBLAS, they are left alone.
 """
@@ -85,4 +86,6 @@ MACHINES = {
     }
     for name, made_by in WITHOUT.items()
 }
-"""Whole machines in place of one library each: a process for each generation of processors."""
+"""Whole machines in place of one library each: a process for each generation of
+processors.
+"""

@@ -1,4 +1,6 @@
-"""What the bag of a node holds that was sent the demo parts; of one checkout beside another."""
+"""What the bag of a node holds that was sent the demo parts; of one checkout beside
+another.
+"""
 
 import json
 import os

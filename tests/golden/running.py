@@ -12,7 +12,9 @@ from tests.running import ROOT
 KEPT = Path(__file__).with_name("kept.json")
 
 REAL = ROOT.parent / "shared"
-"""Meshes that were not made for this project; without them their answers are not compared."""
+"""Meshes that were not made for this project; without them their answers are not
+compared.
+"""
 
 CATALOGUE = (
     "Cf1i",
@@ -29,7 +31,9 @@ CATALOGUE = (
 
 
 def write_parts(folder):
-    """Fill a folder with the kept parts, and of the real ones where they are at hand."""
+    """Fill a folder with the kept parts, and of the real ones where they are at
+    hand.
+    """
     parts.write(folder)
     real = folder / "real"
     real.mkdir()

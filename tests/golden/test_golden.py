@@ -1,9 +1,10 @@
-"""What the commands answer for forty-five parts is what they answered before, on any machine.
+"""What the commands answer for forty-five parts is what they answered before, on any
+machine.
 
 One machine plays others: BLAS, the C library, numpy and LLVM are told to use what other
-processors have; another hull is put in place of Qhull's; and Python computes every kernel itself.
-Counts, digests and words are exact; estimates, which may use the libraries, are so but for
-rounding (`comparing.ROUNDING`).
+processors have; another hull is put in place of Qhull's; and Python computes every
+kernel itself. Counts, digests and words are exact; estimates, which may use the
+libraries, are so but for rounding (`comparing.ROUNDING`).
 """
 
 import json
@@ -125,7 +126,9 @@ def test_on_another_machine(machine, tmp_path):
 
 
 def test_with_another_hull(tmp_path):
-    """A hull decides only what the faces are; changes of a part have those that it cut."""
+    """A hull decides only what the faces are; changes of a part have those that it
+    cut.
+    """
     assert_kept(
         tmp_path,
         {
@@ -138,7 +141,9 @@ def test_with_another_hull(tmp_path):
 
 
 def test_with_kernels_run_by_python(tmp_path):
-    """Python fuses no multiplication with an addition and reorders nothing: nor did LLVM."""
+    """Python fuses no multiplication with an addition and reorders nothing: nor did
+    LLVM.
+    """
     assert_kept(tmp_path, FEW, NUMBA_DISABLE_JIT="1")
 
 

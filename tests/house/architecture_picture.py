@@ -2,8 +2,9 @@
 
     python -m tests.house.architecture_picture
 
-Each wing stands on what is below it, and each room in a wing on the rooms that its arrows reach.
-What lies on the next floor has an arrow; lower floors may be imported as well.
+Each wing stands on what is below it, and each room in a wing on the rooms that its
+arrows reach. What lies on the next floor has an arrow; lower floors may be imported as
+well.
 """
 
 import ast
@@ -114,7 +115,9 @@ def rectangle(box, colour):
 
 
 def arrow_between(upper, lower):
-    """A line with a head, from the lower side of a box to the upper side of another one."""
+    """A line with a head, from the lower side of a box to the upper side of another
+    one.
+    """
     x1 = upper.x + upper.width / 2
     x2 = min(max(x1, lower.x + 20), lower.x + lower.width - 20)
     y1 = upper.y + upper.height

@@ -69,7 +69,9 @@ class Sources:
                     yield Import(module, statement.lineno, target, typing)
 
     def _targets(self, module: str, statement: ast.ImportFrom) -> set[str]:
-        """The submodules among the imported names, and the module itself for all others."""
+        """The submodules among the imported names, and the module itself for all
+        others.
+        """
         base = statement.module or ""
         if statement.level:
             is_package = self.files[module].name == "__init__.py"
@@ -81,7 +83,9 @@ class Sources:
         return modules | ({base} if names - modules else set())
 
     def cycles(self) -> list[list[str]]:
-        """Groups of modules that import each other as they run (Tarjan's strong components)."""
+        """Groups of modules that import each other as they run (Tarjan's strong
+        components).
+        """
         onward: dict[str, set[str]] = {module: set() for module in self.files}
         for arrow in self.internal:
             if not arrow.typing:

@@ -1,4 +1,6 @@
-"""Writes the table of parameters in docs/node.md: `python -m tests.house.parameters_table`."""
+"""Writes the table of parameters in docs/node.md: `python -m
+tests.house.parameters_table`.
+"""
 
 import sys
 from pathlib import Path

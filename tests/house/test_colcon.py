@@ -94,7 +94,8 @@ def test_both_packages_are_installed_and_run(workspace):
     assert (
         install / f"ros_pose_stats_msgs/{index}/packages/ros_pose_stats_msgs"
     ).is_file()
-    # Where `ros2 run` looks, and the Python that it then takes: the one that ran colcon.
+    # Where `ros2 run` looks, and the Python that it then takes: the one that ran
+    # colcon.
     for name in (
         "pose_stats_node",
         "ros_pose_stats",

@@ -1,4 +1,6 @@
-"""What setup.py asks for comes from apt by package.xml, or from pip by a workspace's list."""
+"""What setup.py asks for comes from apt by package.xml, or from pip by a workspace's
+list.
+"""
 
 import ast
 from pathlib import Path

@@ -260,7 +260,9 @@ def test_version_stands_in_one_place():
 @pytest.mark.filterwarnings("ignore")  # of docutils
 @pytest.mark.parametrize("folder", [".", "msg_defs"])
 def test_the_changelogs_are_what_a_release_takes(folder):
-    """What has no version yet becomes the next one; the present one is there already."""
+    """What has no version yet becomes the next one; the present one is there
+    already.
+    """
     released = rename_section(
         text_of(f"{folder}/CHANGELOG.rst"), "Forthcoming", "99.0.0 (2026-01-01)"
     )

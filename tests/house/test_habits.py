@@ -150,7 +150,9 @@ LAB_IN_TESTS = ("lab.bodies",)
 
 
 def imported_modules(tree, wing):
-    """Modules of a wing that the files of a tree import, but for the tests of that wing."""
+    """Modules of a wing that the files of a tree import, but for the tests of that
+    wing.
+    """
     for file in python_files(tree):
         if "house" in file.parts:
             continue

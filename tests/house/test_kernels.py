@@ -1,4 +1,6 @@
-"""The ring of truths holds under every kernel of OpenBLAS that the processor can run."""
+"""The ring of truths holds under every kernel of OpenBLAS that the processor can
+run.
+"""
 
 import os
 import subprocess

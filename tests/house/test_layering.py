@@ -1,4 +1,6 @@
-"""Every room imports lower floors only, and heavy libraries stay in the rooms that need them."""
+"""Every room imports lower floors only, and heavy libraries stay in the rooms that need
+them.
+"""
 
 from __future__ import annotations
 
@@ -50,8 +52,8 @@ FLOORS = {
 }
 """What stands on what inside a folder, from below.
 
-A module that is not listed lies between the rooms of its folder, wherever it must; every folder
-is listed, and of the package itself every module.
+A module that is not listed lies between the rooms of its folder, wherever it must;
+every folder is listed, and of the package itself every module.
 """
 
 ROOMS_OF = {

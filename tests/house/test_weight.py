@@ -1,4 +1,6 @@
-"""Folders are not crowded, tests come through the door, and the scales weigh what they say."""
+"""Folders are not crowded, tests come through the door, and the scales weigh what they
+say.
+"""
 
 import ast
 import json
@@ -12,7 +14,9 @@ MOST_SIBLINGS = 20
 """Files and folders in a folder."""
 
 INNER_IMPORTS = {"tests/contract": 0, "tests/golden": 3}
-"""Imports of the product's inside by tests: users have none, golden makes its parts by three."""
+"""Imports of the product's inside by tests: users have none, golden makes its parts by
+three.
+"""
 
 
 @pytest.mark.parametrize("tree", [PACKAGE, "tests"])

@@ -1,10 +1,12 @@
-"""What a reader takes in, by tree: printed by `make lint`, bounded when a version is released.
+"""What a reader takes in, by tree: printed by `make lint`, bounded when a version is
+released.
 
     python -m tests.house.weight                      the trees beside the last release
     python -m tests.house.weight --release VERSION    the same, kept as what that release weighs
 
-A release may weigh 3 % more than the one before, counted in syntax nodes; `--release` ends with
-status 1 where a tree weighs more, unless `docs/decisions.md` names the version under "Weight".
+A release may weigh 3 % more than the one before, counted in syntax nodes; `--release`
+ends with status 1 where a tree weighs more, unless `docs/decisions.md` names the
+version under "Weight".
 """
 
 import argparse
@@ -32,7 +34,9 @@ VAGUE = frozenset(
     once onto out over since so to together too twice under until very without yet
     """.split()  # noqa: SIM905 - a list would take a line for each
 )
-"""Pronouns, participles, prepositions and adverbs: no name of a thing is one of them alone."""
+"""Pronouns, participles, prepositions and adverbs: no name of a thing is one of them
+alone.
+"""
 
 USUAL_ALIASES = frozenset({"numpy", "matplotlib.pyplot"})
 
@@ -74,7 +78,9 @@ def is_packed(node):
 
 
 def bound_names(module):
-    """Names of variables and parameters of a parsed file, at each place that binds them."""
+    """Names of variables and parameters of a parsed file, at each place that binds
+    them.
+    """
     for node in ast.walk(module):
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
             yield node.id
@@ -129,7 +135,9 @@ DOORS = {
     f"{PACKAGE}.base.errors",
     f"{PACKAGE}.core.shapes",
 }
-"""What tests may import freely: the library, the command, the root of errors, simple bodies."""
+"""What tests may import freely: the library, the command, the root of errors, simple
+bodies.
+"""
 
 
 def inner_imports(tree):
@@ -197,7 +205,9 @@ def too_heavy(weights, released):
 
 
 def is_explained(version):
-    """Whether the page of decisions says what a user gets for the weight of a version."""
+    """Whether the page of decisions says what a user gets for the weight of a
+    version.
+    """
     page = (ROOT / "docs/decisions.md").read_text(encoding="utf-8")
     section = page.partition("\n## Weight\n")[2].partition("\n## ")[0]
     return version in section

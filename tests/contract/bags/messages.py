@@ -1,4 +1,6 @@
-"""Messages of a run, made and serialised by ROS itself, with their definitions by `rosbags`."""
+"""Messages of a run, made and serialised by ROS itself, with their definitions by
+`rosbags`.
+"""
 
 import sys
 import warnings
@@ -20,7 +22,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from scipy.stats import beta
 
 with warnings.catch_warnings():
-    # Loaded with the first message; its parser's library uses a module that Python deprecates.
+    # Loaded with the first message; its parser's library uses a module that Python
+    # deprecates.
     warnings.simplefilter("ignore", DeprecationWarning)
     import rosidl_generator_py  # noqa: F401
 
@@ -176,7 +179,9 @@ def mesh(vertices=3):
 
 
 def run_of_a_node():
-    """What one run has to say: pairs of topic and message; it ended before its second job."""
+    """What one run has to say: pairs of topic and message; it ended before its second
+    job.
+    """
     simulation = result(
         4.0, method="simulation", count=SIMULATED, job_id="job_1", seed=7
     )

@@ -70,7 +70,9 @@ def write_recorded(
     mode=CompressionMode.STORAGE,
     later=0.003,
 ):
-    """A bag in rosbag2's layout by a third party, whose recorder hears of everything later."""
+    """A bag in rosbag2's layout by a third party, whose recorder hears of everything
+    later.
+    """
     writer = RosbagWriter(folder, version=9, storage_plugin=storage)
     writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:
@@ -93,7 +95,9 @@ def write_sqlite(folder):
 
 
 def write_plain(file, messages):
-    """A bag of another tool: triples of type, its definition and fields as plain values."""
+    """A bag of another tool: triples of type, its definition and fields as plain
+    values.
+    """
     with file.open("wb") as stream, RosWriter(stream) as writer:
         for name, text, fields in messages:
             schema = writer.register_msgdef(f"{PACKAGE}/{name}", text)

@@ -1,4 +1,6 @@
-"""Estimates beside simulations, and predictions beside what cameras counted, by chi-square."""
+"""Estimates beside simulations, and predictions beside what cameras counted, by
+chi-square.
+"""
 
 import math
 

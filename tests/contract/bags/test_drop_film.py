@@ -1,4 +1,6 @@
-"""A drop as `animate` writes it for Foxglove, with the definitions that other tools need."""
+"""A drop as `animate` writes it for Foxglove, with the definitions that other tools
+need.
+"""
 
 from collections import defaultdict
 

@@ -1,4 +1,6 @@
-"""The bag of a run: what was published, answered, counted and dropped, read whole by others."""
+"""The bag of a run: what was published, answered, counted and dropped, read whole by
+others.
+"""
 
 from collections import defaultdict
 from pathlib import Path
@@ -174,7 +176,9 @@ def messages(bag, topic):
 
 class TestTopics:
     def test_pose_statistics_is_what_was_published(self, run):
-        """Of a part's first ones a subscriber misses those replaced before it has found them."""
+        """Of a part's first ones a subscriber misses those replaced before it has found
+        them.
+        """
         recorded = list(map(whole, messages(run.bag, "pose_statistics")))
         assert all(
             whole(deserialize_message(data, PoseStatistics)) in recorded

@@ -1,4 +1,6 @@
-"""Kill, full disk and missing folder: what was acknowledged stays, and the node serves on."""
+"""Kill, full disk and missing folder: what was acknowledged stays, and the node serves
+on.
+"""
 
 import re
 import resource
@@ -30,7 +32,9 @@ from tests.contract.node.harness.slow import builder_at_work, ellipsoid, standin
 from tests.running import is_gone
 
 FILE = 65_536
-"""Bytes after which a file of the bag is followed by another; no fewer can be asked for."""
+"""Bytes after which a file of the bag is followed by another; no fewer can be asked
+for.
+"""
 
 
 class Killed(NamedTuple):
@@ -126,7 +130,9 @@ DAMAGE = {
 
 @pytest.fixture(scope="module")
 def mended(killed, domain, tmp_path_factory):
-    """The next start beside unfinished bags of every kind; what whole messages each had before."""
+    """The next start beside unfinished bags of every kind; what whole messages each had
+    before.
+    """
     folder = tmp_path_factory.mktemp("mended")
     files_before = {}
     for number, (kind, damaged) in enumerate(DAMAGE.items()):
@@ -222,7 +228,9 @@ def unrecorded(statistics):
 
 
 def assert_says_that_nothing_is_recorded(node, client, health):
-    """In answers, on acceptance, with results and on diagnostics; it serves all the same."""
+    """In answers, on acceptance, with results and on diagnostics; it serves all the
+    same.
+    """
     (statistics,) = ask(client, 1)
     assert len(unrecorded(statistics)) == 1
     assert len(unrecorded(latched(client, statistics.part_id))) == 1

@@ -1,4 +1,6 @@
-"""Bags that are cut, damaged, foreign or none: read as far as they are, or refused in a line."""
+"""Bags that are cut, damaged, foreign or none: read as far as they are, or refused in a
+line.
+"""
 
 import sqlite3
 

@@ -153,7 +153,9 @@ class TestSeveralBags:
         assert [len(part.forgotten) for part in parts] == [1, 0]
 
     def test_a_part_is_forgotten_once_by_whichever_message_says_so(self, tmp_path):
-        """Subscribers hear it as a last result, the node's own bag has an event as well."""
+        """Subscribers hear it as a last result, the node's own bag has an event as
+        well.
+        """
         last = result(
             3.0, probability=(), warnings=["FORGOTTEN: a client had it forgotten."]
         )

@@ -8,7 +8,9 @@ from tests.answers import write_stl
 
 @pytest.fixture(scope="session")
 def parts(tmp_path_factory):
-    """A box of 20 x 30 x 40 mm in several states of repair, a cylinder, and what is no part."""
+    """A box of 20 x 30 x 40 mm in several states of repair, a cylinder, and what is no
+    part.
+    """
     folder = tmp_path_factory.mktemp("parts")
     vertices, triangles = shapes.box(20.0, 30.0, 40.0)
     write_stl(folder / "box.stl", (vertices, triangles))

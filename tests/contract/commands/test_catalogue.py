@@ -1,5 +1,6 @@
-"""`catalogue`: a row for every part, the same however often the run is stopped, killed or out of
-room, in tables, object and words."""
+"""`catalogue`: a row for every part, the same however often the run is stopped, killed
+or out of room, in tables, object and words.
+"""
 
 import csv
 import math
@@ -75,7 +76,9 @@ PATIENCE = 60.0
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory):
-    """Where parts lie, what is none, and what is not to be looked at; `set_parts` adds two."""
+    """Where parts lie, what is none, and what is not to be looked at; `set_parts` adds
+    two.
+    """
     home = tmp_path_factory.mktemp("catalogue")
     parts = home / "parts"
     (parts / "below" / ".cache").mkdir(parents=True)
@@ -96,7 +99,9 @@ def home(tmp_path_factory):
 
 
 def set_parts(parts, late):
-    """Put the parts there that are changed, removed and new, as they are early or late."""
+    """Put the parts there that are changed, removed and new, as they are early or
+    late.
+    """
     old = parts / "a_removed.stl"
     new = parts / "a_new.stl"
     write_stl(
@@ -119,7 +124,9 @@ def rows_of(folder, name="catalogue.csv"):
 
 
 class Run:
-    """The command in a process of its own, watched on a terminal, which has time for that."""
+    """The command in a process of its own, watched on a terminal, which has time for
+    that.
+    """
 
     def __init__(self, *options, **environment):
         self.terminal, stderr = pty.openpty()
@@ -170,7 +177,9 @@ def are_gone(processes):
 
 
 class Ended(NamedTuple):
-    """What came of a run on a full disk, one that was killed, one with Ctrl-C, and the last."""
+    """What came of a run on a full disk, one that was killed, one with Ctrl-C, and the
+    last.
+    """
 
     full: tuple
     killed: bool

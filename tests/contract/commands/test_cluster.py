@@ -1,4 +1,6 @@
-"""`catalogue` on a dask.distributed cluster of separate processes, one of which dies."""
+"""`catalogue` on a dask.distributed cluster of separate processes, one of which
+dies.
+"""
 
 import threading
 import time

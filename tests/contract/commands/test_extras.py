@@ -1,4 +1,6 @@
-"""Without the modules of an extra: what needs one is refused in a line, all else runs."""
+"""Without the modules of an extra: what needs one is refused in a line, all else
+runs.
+"""
 
 import json
 import subprocess

@@ -1,5 +1,6 @@
-"""`fit`: a plate learnt from a bag of counts, in words and in the file; tables are tested with
-the library's plates."""
+"""`fit`: a plate learnt from a bag of counts, in words and in the file; tables are
+tested with the library's plates.
+"""
 
 from array import array
 

@@ -41,7 +41,9 @@ def test_kicks_are_set_beside_dropping_again(box):
 
 @pytest.mark.long
 def test_intervals_are_kept(box):
-    """Nine in ten of 120 trials, but for three standard errors, and 0.01 for the first order."""
+    """Nine in ten of 120 trials, but for three standard errors, and 0.01 for the first
+    order.
+    """
 
     def fed(flips, drops, seed):
         answer = answer_json(

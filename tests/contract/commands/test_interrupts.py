@@ -1,4 +1,6 @@
-"""Progress on a terminal, and Ctrl-C: what has been done is reported, with exit status 130."""
+"""Progress on a terminal, and Ctrl-C: what has been done is reported, with exit status
+130.
+"""
 
 import contextlib
 import io
@@ -76,7 +78,8 @@ def test_drops_so_far_are_reported(box, command, options):
 @pytest.mark.parametrize(
     ("command", "options"),
     [
-        # At such a restitution a drop takes so long that no look at the drops ends the comparison.
+        # At such a restitution a drop takes so long that no look at the drops ends the
+        # comparison.
         ("compare", ("--drops", ENDLESS, "--restitution", 0.9995)),
         ("sensitivity", ("--drops", ENDLESS, "--wanted", 2)),
         ("flips", ("--kick", 0.05, "--flips", ENDLESS)),

@@ -1,4 +1,6 @@
-"""The command as a whole: version, exit statuses, numbers as people type them, broken pipes."""
+"""The command as a whole: version, exit statuses, numbers as people type them, broken
+pipes.
+"""
 
 import contextlib
 import io
@@ -71,7 +73,8 @@ def test_what_is_no_command_is_refused_with_what_to_do(words):
 
 @pytest.fixture(scope="module")
 def loaded(parts):
-    """By command what it loads, or asks for in vain, in a process that cannot import ROS.
+    """By command what it loads, or asks for in vain, in a process that cannot import
+    ROS.
 
     Each begins in a copy of the process in which help was asked for alone.
     """

@@ -1,4 +1,6 @@
-"""`sensitivity`: the table, the JSON object, a suggestion with its files, and refusals."""
+"""`sensitivity`: the table, the JSON object, a suggestion with its files, and
+refusals.
+"""
 
 import numpy as np
 import pytest

@@ -1,13 +1,17 @@
-"""Small STEP files (AP214), written from scratch: round plates with round holes, and assemblies.
+"""Small STEP files (AP214), written from scratch: round plates with round holes, and
+assemblies.
 
-All edges but seams are full circles, so that planes and cylinders are the only surfaces.
+All edges but seams are full circles, so that planes and cylinders are the only
+surfaces.
 """
 
 from typing import NamedTuple
 
 
 class Disc(NamedTuple):
-    """A round plate on `center`, about the z axis; holes through it are (x, y, radius)."""
+    """A round plate on `center`, about the z axis; holes through it are (x, y,
+    radius).
+    """
 
     radius: float
     height: float
@@ -16,7 +20,9 @@ class Disc(NamedTuple):
 
 
 class StepText:
-    """The entities of a file, numbered as they come; each method returns the number of one."""
+    """The entities of a file, numbered as they come; each method returns the number of
+    one.
+    """
 
     def __init__(self):
         self.lines = []
@@ -166,7 +172,9 @@ def step_part(*discs, unit="mm"):
 
 
 def step_assembly(disc, places):
-    """An assembly of the same disc at several places, given as (origin, x axis, z axis)."""
+    """An assembly of the same disc at several places, given as (origin, x axis, z
+    axis).
+    """
     step = StepText()
     context = step.context("mm")
     frame = step.axes(0.0, 0.0, 0.0)

@@ -1,4 +1,6 @@
-"""`hybrid` and `auto`: drops with an estimate's help, and what each kind of request gets."""
+"""`hybrid` and `auto`: drops with an estimate's help, and what each kind of request
+gets.
+"""
 
 import math
 

@@ -1,4 +1,6 @@
-"""`compare` as its caller sees it: drops in common, stops, progress, warnings and refusals."""
+"""`compare` as its caller sees it: drops in common, stops, progress, warnings and
+refusals.
+"""
 
 import json
 import math

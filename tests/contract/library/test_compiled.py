@@ -1,4 +1,6 @@
-"""Kernels are compiled once: by `compile` all of them, else by the first that needs one."""
+"""Kernels are compiled once: by `compile` all of them, else by the first that needs
+one.
+"""
 
 import os
 import subprocess

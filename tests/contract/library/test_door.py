@@ -1,4 +1,6 @@
-"""The few inputs of a part that random searches once tripped over, each as small as it can be."""
+"""The few inputs of a part that random searches once tripped over, each as small as it
+can be.
+"""
 
 import json
 
@@ -120,7 +122,9 @@ def test_answers_far_from_anything_known_are_numbers(surface, scene):
 
 @pytest.mark.parametrize("name", REGULAR_SOLIDS)
 def test_saddles_that_tie_but_for_rounding_are_passed_in_order(name):
-    """All saddles of a regular solid are as high; a later one may lie lower by rounding."""
+    """All saddles of a regular solid are as high; a later one may lie lower by
+    rounding.
+    """
     for seed in range(8):
         part = part_from_mesh(*moved(REGULAR_SOLIDS[name], rotation(seed)))
         resting = resting_poses(part, 0.0)

@@ -1,4 +1,6 @@
-"""What an estimate says: its method and scene, the errors to expect, and where not to trust it."""
+"""What an estimate says: its method and scene, the errors to expect, and where not to
+trust it.
+"""
 
 import math
 import re
@@ -80,7 +82,9 @@ class TestMethods:
 class TestErrors:
     @pytest.mark.parametrize("method", METHODS)
     def test_the_errors_of_the_poses_are_the_expected_one(self, polyhedron, method):
-        """Intervals are a common multiple of them, cut off at 0 and 1; one bound holds all."""
+        """Intervals are a common multiple of them, cut off at 0 and 1; one bound holds
+        all.
+        """
         statistics = estimate(polyhedron, method, cluster_tolerance=0.0)
         p = field(statistics, "probability")
         errors = field(statistics, "standard_error")
@@ -162,7 +166,9 @@ class TestDoubts:
         )
 
     def test_a_round_part_with_its_weight_beside_the_axis(self):
-        """It rolls for long; the error grows with the way, and a tenth of a hair is none."""
+        """It rolls for long; the error grows with the way, and a tenth of a hair is
+        none.
+        """
         disc = part_from_mesh(*shapes.cylinder(192, 40e-3, 10e-3))
         answers = [
             estimate(shift_center(disc, (offset, 0.0, 0.0)), "split")
@@ -179,7 +185,9 @@ class TestDoubts:
         assert errors[1] < errors[2] < errors[3]
 
     def test_methods_that_disagree(self, polyhedron):
-        """A slender leaning body on which the old estimators see a base that drops never find."""
+        """A slender leaning body on which the old estimators see a base that drops
+        never find.
+        """
         surface = random_polyhedron(5, 151)
         weights = np.random.default_rng(151).dirichlet(np.ones(5))
         slender = part_from_mesh(*surface, center_of_mass=weights @ surface[0])

@@ -1,4 +1,6 @@
-"""Mesh files of every format: the mesh as it stands there, scenes put in place, damage refused."""
+"""Mesh files of every format: the mesh as it stands there, scenes put in place, damage
+refused.
+"""
 
 import os
 import socket
@@ -76,7 +78,9 @@ def test_a_mirrored_object_is_turned_back(tmp_path, block):
 
 
 def model_of(folder, objects, built):
-    """A 3MF file of a tetrahedron, other objects (number: components), and one that is built."""
+    """A 3MF file of a tetrahedron, other objects (number: components), and one that is
+    built.
+    """
     inside = "".join(
         f'<object id="{number}"><components>{components}</components></object>'
         for number, components in objects.items()
@@ -170,7 +174,9 @@ def test_obj_materials_and_polygons_neither_split_nor_reorder(tmp_path):
 
 
 def test_obj_faces_that_count_back_do_so_from_their_own_line(tmp_path, block):
-    """Two objects, whose second numbers are those of the first, and end in texture corners."""
+    """Two objects, whose second numbers are those of the first, and end in texture
+    corners.
+    """
     moved = block.copy()
     back = []
     path = tmp_path / "two.obj"

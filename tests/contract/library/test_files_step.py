@@ -1,4 +1,5 @@
-"""STEP files: units, divisions of circles, assemblies, and damaged ones, which end nobody else.
+"""STEP files: units, divisions of circles, assemblies, and damaged ones, which end
+nobody else.
 
 Each reading starts a process, so few files are read in a quick run.
 """
@@ -162,7 +163,9 @@ def test_whatever_is_lost_it_ends_nothing_but_its_file(tmp_path, capfd):
 
 @pytest.mark.long
 def test_a_tessellation_ends_with_whoever_started_it(tmp_path):
-    """By `kill -9`, and in the middle of its work, where it is stopped before; we are sooner."""
+    """By `kill -9`, and in the middle of its work, where it is stopped before; we are
+    sooner.
+    """
     path = written(tmp_path / "a.step", WHOLE)
     with subprocess.Popen(
         [sys.executable, "-m", "ros_pose_stats", "estimate", path],

@@ -1,4 +1,6 @@
-"""The front door of the package: its names, its error, the defaults, parts as they travel."""
+"""The front door of the package: its names, its error, the defaults, parts as they
+travel.
+"""
 
 import copy
 import math

@@ -1,4 +1,6 @@
-"""Parts from arrays: what is kept, the rules for given mass properties, and what is refused."""
+"""Parts from arrays: what is kept, the rules for given mass properties, and what is
+refused.
+"""
 
 import math
 from functools import partial

@@ -1,4 +1,6 @@
-"""Plates learnt by `fit`: tables of counts as people write them, what is found, and the file."""
+"""Plates learnt by `fit`: tables of counts as people write them, what is found, and the
+file.
+"""
 
 import json
 
@@ -129,7 +131,9 @@ def test_a_plate_unlike_the_model_is_said_to_be_so(folder, fitted):
 
 
 def test_few_counts_say_little_of_the_plate(folder):
-    """Shares as the model has them by luck, and a part seen once as it hardly ever lies."""
+    """Shares as the model has them by luck, and a part seen once as it hardly ever
+    lies.
+    """
     few_counts = table_of(folder, "bc", 30, RESTITUTION, HEIGHT)
     assert 0.02 < fit(few_counts)["plate_error"] <= 0.05
     many_counts = table_of(folder, "ac", 600, RESTITUTION, HEIGHT)

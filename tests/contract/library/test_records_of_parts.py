@@ -1,4 +1,6 @@
-"""A part's digest, name and arrays, and the sentence about the scene that every result has."""
+"""A part's digest, name and arrays, and the sentence about the scene that every result
+has.
+"""
 
 import hashlib
 import struct

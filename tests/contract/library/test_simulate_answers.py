@@ -1,4 +1,6 @@
-"""Numbers that a run of drops reports: their formulas, their order, and what is never hidden."""
+"""Numbers that a run of drops reports: their formulas, their order, and what is never
+hidden.
+"""
 
 import math
 
@@ -21,7 +23,9 @@ def part():
 
 @pytest.fixture(scope="module")
 def unlucky():
-    """A run of 200 drops, five of which start balanced on an edge of a cube and stay there."""
+    """A run of 200 drops, five of which start balanced on an edge of a cube and stay
+    there.
+    """
     starts = np.random.default_rng(1).standard_normal((200, 3))
     starts[::40] = (1.0, 1.0, 0.0)
     return simulate(
@@ -31,7 +35,9 @@ def unlucky():
 
 @pytest.mark.parametrize("drops", [0, 1, 10, 1000])
 def test_probabilities_and_errors_by_the_formulas_of_the_contract(part, unlucky, drops):
-    """Jeffreys' intervals of 90 %, and errors that are not 0 where a pose was never met."""
+    """Jeffreys' intervals of 90 %, and errors that are not 0 where a pose was never
+    met.
+    """
     statistics = simulate(part, drops, RESTITUTION, 2) if drops else unlucky
     count = by_index(statistics, "count")
     settled = statistics.drops - statistics.unsettled

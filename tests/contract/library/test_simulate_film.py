@@ -23,7 +23,9 @@ BODIES = {
     scope="module", params=[("box", 0.5), ("clamp", 0.0), ("cylinder", 0.0)], ids=str
 )
 def film(request, tmp_path_factory):
-    """Part, recorded drop, seconds, places (n, 3), turns and energies (n,) of the frames."""
+    """Part, recorded drop, seconds, places (n, 3), turns and energies (n,) of the
+    frames.
+    """
     name, restitution = request.param
     folder = tmp_path_factory.mktemp("film")
     stl = write_stl(folder / f"{name}.stl", BODIES[name])

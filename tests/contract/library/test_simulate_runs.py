@@ -1,4 +1,6 @@
-"""A run of drops as its caller sees it: the same whatever the timing, stopped, listened to."""
+"""A run of drops as its caller sees it: the same whatever the timing, stopped, listened
+to.
+"""
 
 import threading
 from itertools import pairwise
@@ -33,7 +35,9 @@ def _no_threads_are_left():
 
 
 def checkpoints(drops):
-    """At which prefixes a run of at most so many drops is looked at; the last is `drops`."""
+    """At which prefixes a run of at most so many drops is looked at; the last is
+    `drops`.
+    """
     looked = [100]
     while looked[-1] < drops:
         looked.append(looked[-1] * 3 // 2)
@@ -83,7 +87,9 @@ def test_a_stop_leaves_the_first_drops_of_the_run(part, workers):
 
 
 def test_a_stop_at_once_is_quick_for_slow_drops_too(part):
-    """A needle's drop takes 0.1 s of a core at 0.99: a usual number of them is no short wait."""
+    """A needle's drop takes 0.1 s of a core at 0.99: a usual number of them is no short
+    wait.
+    """
     statistics = simulate(part, LONG, 0.6, 9, workers=2, should_stop=lambda: True)
     assert statistics.drops < 5000 and (
         statistics.drops > 0 or np.isnan(statistics.expected_error)

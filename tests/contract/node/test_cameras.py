@@ -1,4 +1,6 @@
-"""What cameras count and see: on record as it came, and what the node learns from it."""
+"""What cameras count and see: on record as it came, and what the node learns from
+it.
+"""
 
 import itertools
 import math
@@ -23,7 +25,9 @@ from .harness.parts import WEDGE, counts, flat, new_id, prism, probabilities
 
 @pytest.fixture
 def model(tuned):
-    """What the node has of a part on a plate of glass, before anything was seen of it."""
+    """What the node has of a part on a plate of glass, before anything was seen of
+    it.
+    """
     assert tuned.set(plate="glass", plate_frame="table") == {}
     return tuned.good("estimate", part=flat(WEDGE, new_id())).statistics
 
@@ -114,7 +118,8 @@ def test_a_best_effort_camera_is_heard_and_a_reliable_one_once(node, tuned, mode
     )
     message = picture(model.part_id, lying(model.poses[0]))
     polls = itertools.count()
-    # Sent again, for the node may not know the camera yet; the same message counts once.
+    # Sent again, for the node may not know the camera yet; the same message counts
+    # once.
     until(
         lambda: (
             (next(polls) % 100 or eager.publish(message))
@@ -175,7 +180,8 @@ def test_what_comes_faster_than_it_can_be_recorded_is_told_as_lost(node, tuned, 
     eyes = seeing(tuned)
     counter = counting(tuned)
 
-    def both_known():  # what a publisher sends before the node has found it is lost in silence
+    # what a publisher sends before the node has found it is lost in silence
+    def both_known():
         counter.publish(counted(model, [7]))
         eyes.publish(picture(model.part_id, pose))
         return {7, 1} <= {
@@ -226,7 +232,8 @@ def test_counts_sharpen_what_is_latched(tuned, model):
     result, plain = (pose.index for pose in model.poses[:2])
     assert counts(later.poses)[result] == 93 and counts(later.poses)[plain] == 217
     assert probabilities(later.poses)[plain] > probabilities(first.poses)[plain]
-    # 217 of 310 parts: 0.70 with a standard error of 0.026, drawn a little to the model.
+    # 217 of 310 parts: 0.70 with a standard error of 0.026, drawn a little to the
+    # model.
     assert probabilities(later.poses)[plain] == pytest.approx(0.7, abs=0.06)
     fed = tuned.good("feeding", part_id=model.part_id, wanted=[result], rate=60.0)
     assert fed.message == "From 310 parts seen (observed)."
@@ -237,7 +244,9 @@ def test_counts_sharpen_what_is_latched(tuned, model):
 
 
 def test_a_message_counts_once_however_often_it_comes(node, tuned, model):
-    """Stamp and content tell that it is the same; a played bag brings the bytes again."""
+    """Stamp and content tell that it is the same; a played bag brings the bytes
+    again.
+    """
     camera = counting(tuned)
     message = counted(model, [30, 70])
     camera.publish(*[message] * 3)
@@ -255,7 +264,9 @@ def test_a_message_counts_once_however_often_it_comes(node, tuned, model):
 def test_counts_that_the_state_does_not_have_are_said_to_be_unrecorded(
     node, tuned, model
 ):
-    """While another program holds the file, as a backup may; the bag has them all the same."""
+    """While another program holds the file, as a backup may; the bag has them all the
+    same.
+    """
     (file,), camera, health = (
         node.log_directory.glob("*.sqlite3"),
         counting(tuned),

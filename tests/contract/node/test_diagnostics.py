@@ -21,7 +21,9 @@ def processor_seconds(pid):
 
 
 def test_five_lines_once_a_second_and_an_idle_node_hardly_computes(cell, shared_node):
-    """A loop that waits for nothing would take a second a second, here it is a fiftieth."""
+    """A loop that waits for nothing would take a second a second, here it is a
+    fiftieth.
+    """
     began = time.time()
     heard = []
     health = Health(cell)

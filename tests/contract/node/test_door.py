@@ -1,4 +1,6 @@
-"""The few messages that random searches once tripped over, each as small as it can be."""
+"""The few messages that random searches once tripped over, each as small as it can
+be.
+"""
 
 import struct
 
@@ -45,7 +47,9 @@ def test_a_refusal_shows_what_came_in_a_line_of_bounded_length(cell, name):
 
 @pytest.mark.parametrize("field", ["vertices", "com", "ixx"])
 def test_a_signalling_nan_is_refused_without_a_warning_in_the_log(cell, field):
-    """Of its kind only broken messages have; numpy complains of it where it is computed with."""
+    """Of its kind only broken messages have; numpy complains of it where it is computed
+    with.
+    """
     part = flat(WEDGE, new_id())
     if field == "vertices":
         part.vertices[3] = SIGNALLING

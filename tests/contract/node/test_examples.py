@@ -1,4 +1,6 @@
-"""The installed examples as a user runs them: processes beside a node, and their decisions."""
+"""The installed examples as a user runs them: processes beside a node, and their
+decisions.
+"""
 
 import re
 import signal
@@ -66,7 +68,9 @@ def test_the_node_learns_the_plate_while_the_planner_looks(domain, tmp_path, par
 
 
 def test_the_camera_hands_on_what_was_detected():
-    """Messages that look like those of vision_msgs, which is no part of what is installed here."""
+    """Messages that look like those of vision_msgs, which is no part of what is
+    installed here.
+    """
 
     def detection(*results):
         return SimpleNamespace(

@@ -1,4 +1,6 @@
-"""A planner's questions: what a feeder gets out of a part (`~/feeding`), and true outlines."""
+"""A planner's questions: what a feeder gets out of a part (`~/feeding`), and true
+outlines.
+"""
 
 import math
 
@@ -43,7 +45,9 @@ def by_index(statistics):
 
 class TestDropping:
     def test_wrong_ones_are_dropped_again(self, cell):
-        """accepted = sum of the wanted, passes = 1 / accepted, a minute: rate x accepted."""
+        """accepted = sum of the wanted, passes = 1 / accepted, a minute: rate x
+        accepted.
+        """
         part_id = known_part(cell)
         answer = cell.good("feeding", part_id=part_id, **ASKED)
         share = by_index(latched(cell, part_id))[WANTED].sum()
@@ -74,7 +78,9 @@ class TestDropping:
 
 class TestFlips:
     def test_wrong_ones_are_flipped_until_they_lie_right(self, cell):
-        """Out of pose i it takes n_i = 1 + sum of T_ij n_j flips, none out of a wanted one."""
+        """Out of pose i it takes n_i = 1 + sum of T_ij n_j flips, none out of a wanted
+        one.
+        """
         part_id = known_part(cell)
         answer = cell.good("feeding", part_id=part_id, kick_height=KICK, **ASKED)
         shares = by_index(latched(cell, part_id))
@@ -139,7 +145,9 @@ class TestFlips:
         goals.close()
 
     def test_others_are_answered_while_it_flips(self, tuned):
-        """Flips that take all the time that there is for them; a question is worked on once."""
+        """Flips that take all the time that there is for them; a question is worked on
+        once.
+        """
         assert tuned.set(drops=10**7, max_job_seconds=4.0) == {}
         part_id = known_part(tuned)
         for name in ("get_statistics", "feeding"):
@@ -193,7 +201,9 @@ class TestFlips:
 
 
 def flip(cell, part_id, *kicks):
-    """Flip a part as often as a question does, by goals, which have all the time they need."""
+    """Flip a part as often as a question does, by goals, which have all the time they
+    need.
+    """
     goals = Goals(cell, "simulate_flips")
     for kick in kicks:
         goals.send(

@@ -1,4 +1,6 @@
-"""Starts that are refused in one line, odd ones that are not, and ends at any moment."""
+"""Starts that are refused in one line, odd ones that are not, and ends at any
+moment.
+"""
 
 import itertools
 import os
@@ -121,7 +123,9 @@ def test_without_ros_or_its_messages(refused, monkeypatch, missing, advice):
 
 @pytest.fixture(scope="module")
 def odd(domain, tmp_path_factory):
-    """A client of a node with parameters of every form, on simulated time, and beside a pipe."""
+    """A client of a node with parameters of every form, on simulated time, and beside a
+    pipe.
+    """
     bags = tmp_path_factory.mktemp("bags")
     run = bags / "pose_stats_20260202T024000_000000_42"
     run.mkdir()
@@ -206,7 +210,9 @@ def test_what_rclpy_itself_cannot_take_ends_nothing(node_of, client_of):
 
 
 def test_a_file_of_plates_is_a_small_file(refused, tmp_path):
-    """No pipe that nobody writes to, no device without an end, no aliases of aliases."""
+    """No pipe that nobody writes to, no device without an end, no aliases of
+    aliases.
+    """
     file = tmp_path / "plates.yaml"
     os.mkfifo(file)
     assert "a pipe" in refused(f"plates:={file}", "plate:=glass")
@@ -311,7 +317,9 @@ def test_a_state_file_that_is_not_to_be_touched_is_refused(
 
 @pytest.fixture(scope="module")
 def ended(domain, tmp_path_factory):
-    """A node that was ended with its hands full; its folder, and what it told its clients."""
+    """A node that was ended with its hands full; its folder, and what it told its
+    clients.
+    """
     folder = tmp_path_factory.mktemp("bags")
     outcomes = {}
     with cell_of(domain, folder, "ended", refine_drops=LONG) as (node, client):

@@ -88,7 +88,9 @@ def rock(parts):
 
 @pytest.fixture(scope="session")
 def comparison(parts):
-    """Of the clamp, three variants of it and a stone; the page, its file and the object."""
+    """Of the clamp, three variants of it and a stone; the page, its file and the
+    object.
+    """
     file = parts / "variants.html"
     request = (
         "compare",
@@ -116,7 +118,9 @@ SHAPES = {
 
 @pytest.fixture(scope="session")
 def catalogue(tmp_path_factory):
-    """Makes the catalogue of a few parts and so many files that are none: folder and object."""
+    """Makes the catalogue of a few parts and so many files that are none: folder and
+    object.
+    """
 
     def make(others):
         folder = tmp_path_factory.mktemp("catalogue")

@@ -1,4 +1,6 @@
-"""What a page of HTML holds: its texts, its addresses, its pictures and what they show."""
+"""What a page of HTML holds: its texts, its addresses, its pictures and what they
+show.
+"""
 
 import base64
 import io

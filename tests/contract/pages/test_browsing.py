@@ -1,4 +1,6 @@
-"""Pages in a real browser: nothing asked of a network, nothing cut off, and the part turns."""
+"""Pages in a real browser: nothing asked of a network, nothing cut off, and the part
+turns.
+"""
 
 import pytest
 
@@ -39,7 +41,9 @@ TEXTS = """(() => [...document.images].filter(e => e.src.startsWith('data:image/
     && b.left < a.right && a.top < b.bottom && b.top < a.bottom));
   return [e.alt, boxes.length, cut.length, over.length];
 }))()"""
-"""Of every drawing: its name, and how many texts it has, are cut off, and cover another."""
+"""Of every drawing: its name, and how many texts it has, are cut off, and cover
+another.
+"""
 
 
 @pytest.fixture(params=["report", "clamp", "comparison"])

@@ -1,4 +1,6 @@
-"""The page of a catalogue: what it holds, and how it sorts and filters in a real browser."""
+"""The page of a catalogue: what it holds, and how it sorts and filters in a real
+browser.
+"""
 
 import json
 import re

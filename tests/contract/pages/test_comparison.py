@@ -1,4 +1,6 @@
-"""The page about variants: what it says of each beside the first, in words and pictures."""
+"""The page about variants: what it says of each beside the first, in words and
+pictures.
+"""
 
 import numpy as np
 

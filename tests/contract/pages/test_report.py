@@ -1,4 +1,6 @@
-"""The page about a part: one story, that of the counted drops, in numbers and in pictures."""
+"""The page about a part: one story, that of the counted drops, in numbers and in
+pictures.
+"""
 
 import math
 import re
@@ -84,7 +86,9 @@ def test_every_method_tells_every_total(report, kinds):
 def test_the_splitting_graph_has_the_levels_of_the_edges_and_the_shares_of_the_table(
     report, counted
 ):
-    """A box goes from face to face over its edges: half the diagonals of the sides between."""
+    """A box goes from face to face over its edges: half the diagonals of the sides
+    between.
+    """
     (picture,) = report[0].named("Splitting graph")
     words = picture.words
     for level in (math.hypot(15.0, 10.0), math.hypot(20.0, 10.0)):

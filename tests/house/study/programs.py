@@ -1,4 +1,6 @@
-"""The study's and the lab's programs as their users start them, and the files of datasets."""
+"""The study's and the lab's programs as their users start them, and the files of
+datasets.
+"""
 
 import contextlib
 import io

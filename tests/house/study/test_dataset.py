@@ -1,4 +1,6 @@
-"""Datasets: the same bytes for the same seed, whoever makes them and however often it stops."""
+"""Datasets: the same bytes for the same seed, whoever makes them and however often it
+stops.
+"""
 
 import contextlib
 import os

@@ -1,4 +1,6 @@
-"""Programs of the lab: what they measure and print, and the pages made of what was stored."""
+"""Programs of the lab: what they measure and print, and the pages made of what was
+stored.
+"""
 
 import re
 import shutil
@@ -16,7 +18,9 @@ MEASURED = ROOT / "docs" / "measured"
 
 
 def judged(text):
-    """Each target of a printed table: its value, its limit, which side it must be on, the verdict."""
+    """Each target of a printed table: its value, its limit, which side it must be on,
+    the verdict.
+    """
     for value, side, limit, verdict in re.findall(
         r"(\d[\d .]*), (limit|at least) ([\d.]+): (PASS|short of target)", text
     ):

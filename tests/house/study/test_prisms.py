@@ -1,4 +1,6 @@
-"""Square prisms and dice: closed forms, published rolls, and how far each method is from them."""
+"""Square prisms and dice: closed forms, published rolls, and how far each method is
+from them.
+"""
 
 import math
 
@@ -18,7 +20,9 @@ KNOWN_RMS = {
     "meae": 0.105,
     "combined": 0.103,
 }
-"""Distance of estimators from Budden's dice, by another implementation, to three digits."""
+"""Distance of estimators from Budden's dice, by another implementation, to three
+digits.
+"""
 KNOWN_DROPPED_RMS = {0.2: 0.072, 0.5: 0.051, 0.8: 0.037}
 """That of its drops, 2 000 of each die, by restitution."""
 DROPS = 500
@@ -65,8 +69,8 @@ def test_estimators_are_as_far_from_the_dice_as_is_known(results, method):
 def test_drops_are_as_far_from_the_dice_as_is_known(results):
     """Four standard deviations of the difference of two runs, and the rounding.
 
-    An error e of a die with variance v moves the root mean square of n dice by e / (n rms) of its
-    own; the dice are the same for both.
+    An error e of a die with variance v moves the root mean square of n dice by e / (n
+    rms) of its own; the dice are the same for both.
     """
     measured = np.array([entry["probability"] for entry in results["dice"]])
     for entry in results["dice_simulated"]:
@@ -100,7 +104,9 @@ def test_the_best_come_first():
 
 @pytest.mark.long
 def test_plates_fitted_to_some_parts_predict_the_others():
-    """Of eleven plates, each one degree of freedom: 1.4 is two errors of the expected rms."""
+    """Of eleven plates, each one degree of freedom: 1.4 is two errors of the expected
+    rms.
+    """
     results = study_json("plates", "--splits", 1)
     assert results["splits"] == 1 and len(results["plates"]) == 11
     errors = [plate["errors"]["fit"] for plate in results["plates"]]

@@ -1,4 +1,6 @@
-"""Where methods fail: the walks through each trouble, on a page that names the failing ones."""
+"""Where methods fail: the walks through each trouble, on a page that names the failing
+ones.
+"""
 
 import numpy as np
 import pytest
@@ -85,7 +87,9 @@ def test_plate_needle_and_cube_stand_as_they_must(walks):
 
 
 def test_cylinders_and_gears_are_round_from_some_number_of_sides_on(walks):
-    """A cylinder as high as wide: the discs' solid angle, however many sides the file has."""
+    """A cylinder as high as wide: the discs' solid angle, however many sides the file
+    has.
+    """
     walk = walks["cylinder_sides"]
     fine = np.array(walk["values"]) >= 15
     assert set(np.array(walk["poses"])[fine]) == {3}

@@ -1,4 +1,6 @@
-"""Table I: the paper's figures at a named shift, another implementation's, and known errors."""
+"""Table I: the paper's figures at a named shift, another implementation's, and known
+errors.
+"""
 
 import math
 from functools import cache
@@ -24,7 +26,9 @@ PAPER = {
 }
 """Table I of the paper."""
 TIED = ({"nqse", "eae"}, {"pqse", "qse"})
-"""Pairs that lie within their errors on the bodies here; the paper has them 0.6 and 0.2 apart."""
+"""Pairs that lie within their errors on the bodies here; the paper has them 0.6 and 0.2
+apart.
+"""
 
 OTHER = {
     (0.0, "inertia"): {
@@ -76,7 +80,9 @@ OTHER = {
         "noise": 2.65,
     },
 }
-"""Points, of another implementation with 1 057 bodies of its own and 100 drops of each."""
+"""Points, of another implementation with 1 057 bodies of its own and 100 drops of
+each.
+"""
 SIGMAS = 3.5
 """Of some 60 figures one is further off by chance once in 40 times."""
 
@@ -195,7 +201,9 @@ def analysed(file):
 
 
 class TestKnownErrors:
-    """The metric must find the error that was put in, whatever the noise of the drops."""
+    """The metric must find the error that was put in, whatever the noise of the
+    drops.
+    """
 
     def test_an_error_as_large_as_the_noise_is_recovered(
         self, bodies, probability, tmp_path
@@ -300,7 +308,9 @@ class TestRefusals:
         assert "--shift beside" in refused("table", "--shift-moment", "second")
 
     def test_files_that_cannot_be_compared(self, bodies, tmp_path):
-        """Missing, of another kind or version, contradicting themselves; or too few drops."""
+        """Missing, of another kind or version, contradicting themselves; or too few
+        drops.
+        """
         two_bodies = first(bodies, 2)
         even = 1.0 / two_bodies.arrays["poses"][two_bodies.body]
         (tmp_path / "text.npz").write_text("no archive")

@@ -91,7 +91,9 @@ def test_too_far_is_refused(space):
 
 
 def test_estimates_of_a_stretched_box_have_closed_forms(space):
-    """`area`: its area's share; `csae`: a rectangle's solid angle, 4 atan(ab / c |(a, b, c)|)."""
+    """`area`: its area's share; `csae`: a rectangle's solid angle, 4 atan(ab / c |(a,
+    b, c)|).
+    """
     part = space.change_feature(5, 0.1).part
     a = 0.5 * SIZES[0]
     b = 0.5 * SIZES[1]

@@ -1,4 +1,6 @@
-"""Which poses of two variants are the same pose: by the direction down, a turn, or footprints."""
+"""Which poses of two variants are the same pose: by the direction down, a turn, or
+footprints.
+"""
 
 import math
 
@@ -21,7 +23,9 @@ def clamp(*factors):
 
 
 def matched(first, second):
-    """Of two surfaces or parts: how, and pairs of indices, none where there is no partner."""
+    """Of two surfaces or parts: how, and pairs of indices, none where there is no
+    partner.
+    """
     parts = [
         surface if hasattr(surface, "digest") else part_from_mesh(*surface)
         for surface in (first, second)
@@ -105,7 +109,9 @@ class TestTurnedInTheFile:
         assert same_numbers(pairs) and not alone(pairs)
 
     def test_axes_that_changed_places(self):
-        """Every pose has one of the same direction down, but not of the same footprint."""
+        """Every pose has one of the same direction down, but not of the same
+        footprint.
+        """
         frame, pairs = matched(
             shapes.box(0.01, 0.02, 0.03), shapes.box(0.02, 0.01, 0.03)
         )
@@ -122,7 +128,9 @@ class TestTurnedInTheFile:
         assert pairs == matched(clamp(), longer)[1]
 
     def test_a_mirrored_part_is_matched_by_footprint(self):
-        """No turn lays it on the first one, and none of its sides is one of the first."""
+        """No turn lays it on the first one, and none of its sides is one of the
+        first.
+        """
         stone = random_polyhedron(9, 5)
         vertices, triangles = moved(stone, rotation(1))
         frame, pairs = matched(stone, (-vertices, triangles[:, ::-1]))

@@ -1,6 +1,8 @@
-"""How much of a plate's error is left in a difference, on rolled dice and simulated plates.
+"""How much of a plate's error is left in a difference, on rolled dice and simulated
+plates.
 
-The tests print what they measure: `pytest -s -m long tests/truth/design/test_model_error.py`.
+The tests print what they measure: `pytest -s -m long
+tests/truth/design/test_model_error.py`.
 """
 
 import math
@@ -21,7 +23,9 @@ from ros_pose_stats import (
 
 
 def differences(comparison):
-    """Variant and poses -> difference, its standard error squared, and what a plate adds."""
+    """Variant and poses -> difference, its standard error squared, and what a plate
+    adds.
+    """
     return {
         (variant.second, pose.poses.first): (
             pose.share.difference.value,
@@ -36,8 +40,10 @@ def differences(comparison):
 
 @pytest.mark.long
 def test_rolled_dice():
-    """Fifteen bars, each beside those of nearly its length: what the model says of the difference
-    of two, and what came of rolling both, is off by about as much as is told."""
+    """Fifteen bars, each beside those of nearly its length: what the model says of the
+    difference of two, and what came of rolling both, is off by about as much as is
+    told.
+    """
     drops = 10_000
     model = np.array(
         [
@@ -85,7 +91,9 @@ def test_rolled_dice():
 
 
 def random_variants(random, number):
-    """A part, stretched by up to 6 %, and with its centre of mass moved by up to 0.06 radii."""
+    """A part, stretched by up to 6 %, and with its centre of mass moved by up to 0.06
+    radii.
+    """
     surface = (
         random_polyhedron(int(random.integers(6, 14)), number)
         if number % 3
@@ -108,8 +116,10 @@ def random_variants(random, number):
 
 @pytest.mark.long
 def test_simulated_plates():
-    """Differences on a plate of another restitution and drop height, small and large, are as far
-    off those of the model as is told, for the plate's own error of single shares."""
+    """Differences on a plate of another restitution and drop height, small and large,
+    are as far off those of the model as is told, for the plate's own error of single
+    shares.
+    """
     random = np.random.default_rng(7)
     beyond = []
     sizes = []
@@ -166,5 +176,6 @@ def test_simulated_plates():
         *np.round(ratios, 2),
         "of what is told",
     )
-    # Differences of one part go together: about a hundred are independent, 30 of the largest.
+    # Differences of one part go together: about a hundred are independent, 30 of the
+    # largest.
     assert all(0.6 < ratio < 1.0 + 3.0 / math.sqrt(60.0) for ratio in ratios)

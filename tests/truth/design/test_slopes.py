@@ -97,8 +97,9 @@ def test_drops_agree_with_the_slopes_that_they_check():
 
 @pytest.mark.parametrize(("gain", "right"), [(0.0, 0.95), (0.03, 0.9)])
 def test_the_first_line_is_as_sure_as_it_says(gain, right):
-    """Of steps that gain alike, checked 600 times: without a gain one is said to gain in 5 %, of 3
-    points the interval holds in 90 %."""
+    """Of steps that gain alike, checked 600 times: without a gain one is said to gain
+    in 5 %, of 3 points the interval holds in 90 %.
+    """
     analysis = sensitivity(CLAMP, [0], checks=0)
     random = np.random.default_rng(1)
     hits = []
@@ -137,7 +138,9 @@ class TestSuggestion:
         assert suggested.gain.value > 3.7 * suggested.gain.standard_error
 
     def test_it_stays_symmetric(self, suggested):
-        """Turned by a sixth about its axis, or upside down, the changed prism is itself."""
+        """Turned by a sixth about its axis, or upside down, the changed prism is
+        itself.
+        """
         part = suggested.changed.part
         corners = part.surface_vertices
         np.testing.assert_allclose(part.center_of_mass, 0.0, atol=1e-9)

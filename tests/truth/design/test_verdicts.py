@@ -1,4 +1,6 @@
-"""Verdicts of `compare`: a measured difference is shown, and none where there is none."""
+"""Verdicts of `compare`: a measured difference is shown, and none where there is
+none.
+"""
 
 import numpy as np
 import pytest
@@ -14,7 +16,9 @@ NONE_SHOWN = "none shown"
 
 
 def exported(surface, seed):
-    """The same part as another program writes it: other triangles, order, origin and digits."""
+    """The same part as another program writes it: other triangles, order, origin and
+    digits.
+    """
     offset = np.random.default_rng(seed).uniform(-0.1, 0.1, 3)
     return in_float32(shuffled(moved(subdivided(surface), None, offset), seed))
 
@@ -33,8 +37,9 @@ def near_cube(dice):
 
 
 def test_a_die_with_a_short_axis_is_shown_to_differ(near_cube):
-    """One of 16 mm with one axis 3 % shorter: its two faces came up 6 % more often on plexiglass,
-    and 5 to 8 % more often in drops of other code."""
+    """One of 16 mm with one axis 3 % shorter: its two faces came up 6 % more often on
+    plexiglass, and 5 to 8 % more often in drops of other code.
+    """
     (variant,) = near_cube.variants
     assert (variant.in_model, variant.on_plate) == (SHOWN, SHOWN)
     published = next(

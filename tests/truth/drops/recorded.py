@@ -1,4 +1,6 @@
-"""Short ways to drop parts, to look at recorded drops, and to compare what was counted."""
+"""Short ways to drop parts, to look at recorded drops, and to compare what was
+counted.
+"""
 
 from itertools import pairwise
 from types import SimpleNamespace
@@ -10,7 +12,8 @@ from ros_pose_stats import part_from_mesh, record_drop, resting_poses, simulate
 from tests.matching import matched
 
 GRAVITY = 9.80665
-SURE = 1e-4  # least p value: of fifty comparisons with fixed seeds a right program fails none
+# least p value: of fifty comparisons with fixed seeds a right program fails none
+SURE = 1e-4
 
 EXACT = {
     "cluster_tolerance": 0.0,
@@ -25,7 +28,9 @@ def light(surface, factor):
 
 
 def outcomes(part, *arguments, **options):
-    """Outcome of each drop of a simulation, by name: pose, impacts, seconds, energy_left, ..."""
+    """Outcome of each drop of a simulation, by name: pose, impacts, seconds,
+    energy_left, ...
+    """
     chunks = []
     simulate(part, *arguments, workers=1, on_drops=chunks.append, **options)
     return SimpleNamespace(
@@ -98,7 +103,8 @@ def impacts_of(trajectory):
 
 
 def alike(statistics, others, turn=None):
-    """p value of two runs, poses matched by direction, having the same shares (chi-square).
+    """p value of two runs, poses matched by direction, having the same shares
+    (chi-square).
 
     Poses with fewer than ten drops in both runs together are taken as one.
     """

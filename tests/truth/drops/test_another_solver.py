@@ -1,8 +1,9 @@
-"""Drops against a solver that shares nothing with the package's: first events, and whole drops.
+"""Drops against a solver that shares nothing with the package's: first events, and
+whole drops.
 
-Trajectories are chaotic: each impact multiplies a deviation by up to some thirty, so that five
-events are about as many as two solvers of 1e-13 can be held to 1e-8. Without restitution, or
-nearly, impacts are few, and whole drops can be compared.
+Trajectories are chaotic: each impact multiplies a deviation by up to some thirty, so
+that five events are about as many as two solvers of 1e-13 can be held to 1e-8. Without
+restitution, or nearly, impacts are few, and whole drops can be compared.
 """
 
 from functools import lru_cache
@@ -45,7 +46,8 @@ def bodies():
     }
 
 
-CASES = [  # body, restitution, height in radii (0.01: released touching), seed of the start
+# body, restitution, height in radii (0.01: released touching), seed of the start
+CASES = [
     ("random 5", 0.0, 2.0, 1),
     ("random 10", 0.5, 20.0, 3),
     ("random 10", 0.01, 2.0, 22),
@@ -79,7 +81,8 @@ def scaled(part):
 def whole_events(trajectory):
     """First and last row of every event between release and end.
 
-    An arrival goes with its impacts and the stop; lift-offs go with others at the same time.
+    An arrival goes with its impacts and the stop; lift-offs go with others at the same
+    time.
     """
     unit = np.sqrt(trajectory.radius / GRAVITY)
     whole = []

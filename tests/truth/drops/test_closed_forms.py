@@ -34,7 +34,9 @@ def recorded(part, down, height, restitution=0.5, **options):
 
 @pytest.mark.parametrize("restitution", [0.05, 0.3])
 def test_vertical_bounces_of_a_ball(restitution):
-    """Times and speeds down to where the endless series of bounces is cut off, for 1e-9."""
+    """Times and speeds down to where the endless series of bounces is cut off, for
+    1e-9.
+    """
     trajectory, corners = recorded(BIPYRAMID, (0.0, 0.0, 1.0), 3.0, restitution)
     speeds = [2.0]
     while (speeds[-1] * restitution) ** 2 > 2e-9:

@@ -1,4 +1,6 @@
-"""Bodies that broke implementations or are as bad as a part may be, each a test of its own."""
+"""Bodies that broke implementations or are as bad as a part may be, each a test of its
+own.
+"""
 
 from itertools import pairwise
 
@@ -84,7 +86,8 @@ def test_short_edges(length):
 
 
 def test_both_ends_of_a_short_edge_let_go_together():
-    """The second one, let go right after the first, landed and was let go again for ever.
+    """The second one, let go right after the first, landed and was let go again for
+    ever.
 
     That took about one in 15 000 drops: of these, none in e^-6 of such runs.
     """
@@ -121,7 +124,9 @@ def test_sliding_on_a_short_edge(length):
 
 @pytest.mark.parametrize("inset", [1e-6, 1e-10, 1e-11])
 def test_centre_of_mass_just_inside_a_face(inset):
-    """Energy relative to what is left means nothing there: m g radius is the measure."""
+    """Energy relative to what is left means nothing there: m g radius is the
+    measure.
+    """
     part = part_from_mesh(
         *shapes.box(2.0, 2.0, 2.0), center_of_mass=(0.1, 0.2, inset - 1.0)
     )
@@ -143,7 +148,9 @@ def test_a_needle(restitution, drops):
 
 @pytest.mark.parametrize("name", ["random 0", "cube", "leaning prism"])
 def test_spin_about_the_vertical_does_not_keep_a_body_awake(name):
-    """Nothing brakes it on a frictionless plate: rest cannot wait for the total spin."""
+    """Nothing brakes it on a frictionless plate: rest cannot wait for the total
+    spin.
+    """
     for trajectory, corners in recordings(
         convex_parts()[name], 0.4, 10, seed=6, to_rest=True
     ):
@@ -184,7 +191,9 @@ def test_a_single_stable_pose():
 
 @pytest.mark.parametrize("power", [-40, 40])
 def test_units_and_masses_that_are_powers_of_two_change_nothing(power):
-    """No product of lengths over- or underflows, and none is compared with a length of its own."""
+    """No product of lengths over- or underflows, and none is compared with a length of
+    its own.
+    """
     surface = random_polyhedron(9, 3)
     plain, scaled = (
         outcomes(part_from_mesh(*moved(surface, scale=scale), mass=scale), 500, 0.5, 1)

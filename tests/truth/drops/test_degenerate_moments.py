@@ -18,7 +18,9 @@ TOUCHING = 1e-9
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 0.8])
 def test_flat_on_a_facet(restitution):
-    """Ties between the corners of a facet, decided by rounding, gave wrong faces: 40 of 2000."""
+    """Ties between the corners of a facet, decided by rounding, gave wrong faces: 40 of
+    2000.
+    """
     wrong = 0
     for seed in range(42):
         turn = rotation(seed)
@@ -45,10 +47,12 @@ def test_set_down_on_every_face(height):
 
 @pytest.mark.parametrize("restitution", [0.0, 0.2, 0.6])
 def test_a_corner_just_hit_or_let_go_has_left(restitution):
-    """A root finder that does not factor out t, t² or t³ finds the same contact for ever.
+    """A root finder that does not factor out t, t² or t³ finds the same contact for
+    ever.
 
-    Scaled: a bounce of speed u lasts 2 u in fall, and the slowest that is not stopped leaves
-    with the restitution times 1e-5. Without restitution only other corners' impacts lift it.
+    Scaled: a bounce of speed u lasts 2 u in fall, and the slowest that is not stopped
+    leaves with the restitution times 1e-5. Without restitution only other corners'
+    impacts lift it.
     """
     let_go = 0
     for trajectory, corners in recordings(
@@ -73,9 +77,11 @@ def test_a_corner_just_hit_or_let_go_has_left(restitution):
 )
 @pytest.mark.parametrize("restitution", [0.2, 0.8])
 def test_below_the_plate_on_the_way_up_is_no_contact(body, restitution):
-    """Contact is a height of at most 0 that falls; rounding leaves corners just below it.
+    """Contact is a height of at most 0 that falls; rounding leaves corners just below
+    it.
 
-    The corner that arrives is the one named, though others as close may be on their way up.
+    The corner that arrives is the one named, though others as close may be on their way
+    up.
     """
     rising = 0
     for trajectory, corners in recordings(body, restitution, 40):
@@ -92,7 +98,9 @@ def test_below_the_plate_on_the_way_up_is_no_contact(body, restitution):
 
 @pytest.mark.parametrize("start", [(1.0, 1.0, 1.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)])
 def test_exact_unstable_equilibria_end_unsettled(start):
-    """A cube on a corner or an edge never falls: it must end, and be told apart, not lost."""
+    """A cube on a corner or an edge never falls: it must end, and be told apart, not
+    lost.
+    """
     part = part_from_mesh(*CUBE)
     starts = np.tile(start, (3, 1)) * np.array((1.0, -1.0, 2.0))[:, None]
     for height in (0.1, 1.5, 12.0):
@@ -134,7 +142,9 @@ def with_twin(surface, gap):
     ("gap", "restitution", "drops"), [(1e-6, 0.5, 6000), (1e-5, 0.2, 6000)]
 )
 def test_features_smaller_than_what_counts_as_slow(gap, restitution, drops):
-    """Two corners that close are slow together; stopping both took 5 % of the energy."""
+    """Two corners that close are slow together; stopping both took 5 % of the
+    energy.
+    """
     part, twin = (part_from_mesh(*s) for s in with_twin(random_polyhedron(10, 0), gap))
     sizes = [len(resting_poses(body, 0.0, 0).body.points) for body in (part, twin)]
     assert sizes[1] == sizes[0] + 1

@@ -82,7 +82,9 @@ def test_centre_of_mass_far_off_the_centroid(center):
     ],
 )
 def test_uneven_inertia_and_nearly_none(moments):
-    """Corners off the axis of a rod take as many impacts as the ratio of masses: too many."""
+    """Corners off the axis of a rod take as many impacts as the ratio of masses: too
+    many.
+    """
     body = part_from_mesh(*random_polyhedron(9, 3), mass=1.0, inertia=np.diag(moments))
     for restitution in (0.0, 0.5):
         statistics = simulate(body, 20, restitution, 1)

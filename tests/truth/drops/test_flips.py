@@ -1,4 +1,6 @@
-"""Kicks out of the poses: their energy and points, another solver, symmetry, drops as a limit."""
+"""Kicks out of the poses: their energy and points, another solver, symmetry, drops as a
+limit.
+"""
 
 import numpy as np
 import pytest
@@ -35,7 +37,9 @@ class Kicks:
         self.spin = states[:, 5:8] @ body.axes.T
 
     def at(self):
-        """Points (n, 3) where the plate hits: I w = v (r x up), and r lies on the plate."""
+        """Points (n, 3) where the plate hits: I w = v (r x up), and r lies on the
+        plate.
+        """
         arms = self.spin @ self.inertia / self.velocity[:, None]
         return np.cross(self.up, arms) - self.height[:, None] * self.up
 
@@ -55,7 +59,9 @@ def test_energy_and_no_spin_about_the_vertical():
 
 
 def triangle_moments(polygon):
-    """Mean (3,) and covariance (3, 3) of uniform points of a flat polygon, by its triangles."""
+    """Mean (3,) and covariance (3, 3) of uniform points of a flat polygon, by its
+    triangles.
+    """
     corners = np.stack(
         [np.broadcast_to(polygon[0], polygon[2:].shape), polygon[1:-1], polygon[2:]],
         axis=1,
@@ -96,7 +102,9 @@ def test_points_are_uniform_on_the_contact_polygon():
     [pytest.param(0.0, 0.3, marks=pytest.mark.long), (0.1, 0.4)],
 )
 def test_whole_flips_against_another_solver(restitution, kick):
-    """One out of each pose, through some ten events: the pose of the matrix is theirs."""
+    """One out of each pose, through some ten events: the pose of the matrix is
+    theirs.
+    """
     part = part_from_mesh(*random_polyhedron(6, 1))
     seed = 1
     rested = 0

@@ -1,8 +1,9 @@
 """The model against published experiments: dice and thick coins.
 
-W. Budden's square dice, cut from bar and rolled by a class; table in Mungan and Lipscombe,
-Mathematical Gazette 97 (2013), note 97.16. Thick coins: shares on both ends by height over
-diameter, as the literature has them; of the one as high as wide on thin and on thick glass.
+W. Budden's square dice, cut from bar and rolled by a class; table in Mungan and
+Lipscombe, Mathematical Gazette 97 (2013), note 97.16. Thick coins: shares on both ends
+by height over diameter, as the literature has them; of the one as high as wide on thin
+and on thick glass.
 """
 
 import numpy as np
@@ -28,7 +29,9 @@ DICE = {
     2.12: 0.007,
     2.65: 0.006,
 }
-"""Third side over the side of the square: frequency of the two square faces together."""
+"""Third side over the side of the square: frequency of the two square faces
+together.
+"""
 
 
 def share_on_ends(part, drops, restitution, radii, **options):
@@ -54,8 +57,8 @@ def test_as_far_from_the_dice_as_another_implementation_of_the_model(
 ):
     """Which made 2 000 drops a die.
 
-    The binomial error of a die is at most 0.011 in both; over fifteen dice the root mean square
-    moves by about a third of that in each.
+    The binomial error of a die is at most 0.011 in both; over fifteen dice the root
+    mean square moves by about a third of that in each.
     """
     errors = [
         share_on_ends(

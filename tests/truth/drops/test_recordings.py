@@ -1,4 +1,6 @@
-"""Recorded drops: what holds all along a trajectory, and that they are the drops of a run."""
+"""Recorded drops: what holds all along a trajectory, and that they are the drops of a
+run.
+"""
 
 from functools import cache, lru_cache
 from itertools import pairwise
@@ -50,7 +52,9 @@ EVERY_BODY = pytest.mark.parametrize(
 
 @cache
 def trajectories(name):
-    """Drops at several restitutions, one released touching the plate, one let run to rest."""
+    """Drops at several restitutions, one released touching the plate, one let run to
+    rest.
+    """
     part = bodies()[name]
     low = 0.01 * resting_poses(part).body.radius
     return [
@@ -155,7 +159,9 @@ def test_samples_are_in_order_and_hold_every_event(name):
 
 
 def test_times_do_not_run_past_an_event():
-    """The time of an event and the span up to it, added up again, may round beyond it."""
+    """The time of an event and the span up to it, added up again, may round beyond
+    it.
+    """
     box = part_from_mesh(*shapes.box(1.0, 2.0, 3.0))
     for drop in range(20):
         assert (np.diff(record_drop(box, drop, 0.8, seed=5).times) >= 0.0).all()

@@ -1,4 +1,6 @@
-"""Parts that roll to and fro on a rim for long: none is given up, and none is decided wrongly."""
+"""Parts that roll to and fro on a rim for long: none is given up, and none is decided
+wrongly.
+"""
 
 import numpy as np
 import pytest
@@ -29,7 +31,9 @@ SHAFT = part_of(cylinder(1.0, 0.4) + TUBE.trim_by_plane((1.0, 0.0, 0.0), 0.0))
 
 
 def test_drops_that_roll_are_counted():
-    """Released nearly upright: an even cap on the steps would take those that stay so."""
+    """Released nearly upright: an even cap on the steps would take those that stay
+    so.
+    """
     random = np.random.default_rng(3)
     angle = random.uniform(0.0, 2.0 * np.pi, 40)
     starts = np.stack(
@@ -42,9 +46,11 @@ def test_drops_that_roll_are_counted():
 
 
 def compare_facet_by_facet(part, drops, restitution, sides):
-    """Drops in each pose, and how many ended sooner than on a facet; all must end alike.
+    """Drops in each pose, and how many ended sooner than on a facet; all must end
+    alike.
 
-    With every facet a pose a drop goes on until one holds it. What is given up tells nothing.
+    With every facet a pose a drop goes on until one holds it. What is given up tells
+    nothing.
     """
     pose_of = np.full(500, -1)
     for pose in resting_poses(part, round_sides=sides).poses:
@@ -71,7 +77,9 @@ def compare_facet_by_facet(part, drops, restitution, sides):
     ],
 )
 def test_rolls_are_decided_before_they_end(part, drops, restitution, sides, least):
-    """A drop that is told on the rim while it rolls is the same drop in the same pose."""
+    """A drop that is told on the rim while it rolls is the same drop in the same
+    pose.
+    """
     number, sooner = compare_facet_by_facet(part, drops, restitution, sides)
     assert number[-1] > least and sooner > least
 
@@ -82,14 +90,18 @@ def test_edges_along_the_axis_tip_nothing_over():
 
 
 def test_a_leaning_part_does_not_roll_upright():
-    """A boss beside the axis: the rim's pose goes on over the boss, where the part still falls."""
+    """A boss beside the axis: the rim's pose goes on over the boss, where the part
+    still falls.
+    """
     cam = part_of(cylinder(0.43, 1.0) + cylinder(0.85, 0.45, above=0.42, offset=0.45))
     number, _ = compare_facet_by_facet(cam, 100, 0.1, 96)
     assert number[1] > number[2]
 
 
 def test_a_changed_part_may_have_lost_a_round_surface():
-    """The cone that a headed pin leans on moved in until nothing of the head's rim is left."""
+    """The cone that a headed pin leans on moved in until nothing of the head's rim is
+    left.
+    """
     pin = part_of(cylinder(0.04, 1.0) + cylinder(1.2, 0.5))
     for pose in resting_poses(pin).poses:
         analysis = sensitivity(pin, [pose.index], drops=20, checks=50, seed=1)

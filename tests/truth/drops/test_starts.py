@@ -42,13 +42,17 @@ def starts(seed, drops):
 
 
 def test_the_stream_stays_what_it_was():
-    """Recorded jobs are made again from their seed: these numbers are part of the contract."""
+    """Recorded jobs are made again from their seed: these numbers are part of the
+    contract.
+    """
     assert starts(7, 2) == pytest.approx(np.array(STREAM_7), abs=1e-15)
 
 
 @pytest.mark.parametrize("seed", [0, 2**64 - 1])
 def test_equal_areas_are_equally_full(seed):
-    """16 x 32 cells of the sphere, 30 000 drops: within the central 99.9 % of chi-square."""
+    """16 x 32 cells of the sphere, 30 000 drops: within the central 99.9 % of
+    chi-square.
+    """
     directions = starts(seed, 30_000)
     np.testing.assert_allclose(
         np.linalg.norm(directions, axis=1), 1.0, rtol=0, atol=1e-15
@@ -153,7 +157,9 @@ def test_a_square_prism_has_two_kinds_of_faces(restitution):
 
 
 def test_mirror_images_are_alike():
-    """Poses of the mirrored part are not of the same group, yet have the same shares."""
+    """Poses of the mirrored part are not of the same group, yet have the same
+    shares.
+    """
     surface = random_polyhedron(9, 2)
     mirrored = surface[0] * (-1.0, 1.0, 1.0), surface[1][:, ::-1]
     first, second = (
@@ -174,7 +180,9 @@ def test_a_turned_copy_has_the_same_shares():
 
 
 def test_a_turned_copy_from_turned_starts_has_the_same_drops():
-    """Without restitution few impacts follow each other: rounding rarely grows to matter."""
+    """Without restitution few impacts follow each other: rounding rarely grows to
+    matter.
+    """
     surface = random_polyhedron(9, 3)
     turn = rotation(3)
     starts = np.random.default_rng(1).standard_normal((2000, 3))

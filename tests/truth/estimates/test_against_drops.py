@@ -1,4 +1,5 @@
-"""Estimates of parts that no fit has seen, against drops: errors, and what is said of them.
+"""Estimates of parts that no fit has seen, against drops: errors, and what is said of
+them.
 
 Shares are compared with 800 drops a part, whose noise is taken off the mean squares.
 """
@@ -20,7 +21,9 @@ METHODS = ("split", "combined", "meae", "eae", "qse", "area")
 
 @pytest.fixture(scope="module")
 def compared():
-    """By method, of each part: true and told mean square, shares held, whether the worst was."""
+    """By method, of each part: true and told mean square, shares held, whether the
+    worst was.
+    """
     rows = {}
     for number in range(PARTS):
         part = part_from_mesh(*random_polyhedron(5 + number % 9, 7000 + number))
@@ -67,7 +70,9 @@ def test_the_expected_error_is_about_the_true_one(compared, method):
 
 @pytest.mark.parametrize("method", ["split", "meae", "hybrid", "simulation"])
 def test_intervals_hold_nine_in_ten(compared, method):
-    """Those of a part go together: 48 parts are some 70 independent ones, of 4 points each."""
+    """Those of a part go together: 48 parts are some 70 independent ones, of 4 points
+    each.
+    """
     coverage, largest = compared[method][:, 2:].mean(axis=0)
     assert coverage == pytest.approx(0.9, abs=0.09)
     assert largest > 0.9 - 4.0 * math.sqrt(0.09 / PARTS)
@@ -99,7 +104,9 @@ def half_cylinder():
 
 
 def lens():
-    """Of its drops a quarter ends on its flat sides; of a box of its size two thirds."""
+    """Of its drops a quarter ends on its flat sides; of a box of its size two
+    thirds.
+    """
     arc = np.linspace(-0.7, 0.7, 43)
     bow = np.column_stack((np.sin(arc), np.cos(arc) - np.cos(0.7)))
     return prism(np.vstack((bow, -bow)), 0.32)

@@ -121,9 +121,10 @@ class TestBox:
 class TestSquarePrismByEnergy:
     """EAE and MEAE of a box a x a x length, from the shape of its level sets.
 
-    With half sizes h, R(u) = h·|u|; on the face along axis i, at the polar angle θ from it
-    and the azimuth φ, R = h_i cos θ + k sin θ = A cos(θ - α), with k = h_j|cos φ| + h_k|sin φ|,
-    A² = h_i² + k², tan α = k/h_i. Below a level E < A lies θ < α - acos(E/A).
+    With half sizes h, R(u) = h·|u|; on the face along axis i, at the polar angle θ from
+    it and the azimuth φ, R = h_i cos θ + k sin θ = A cos(θ - α), with k = h_j|cos φ| +
+    h_k|sin φ|, A² = h_i² + k², tan α = k/h_i. Below a level E < A lies θ < α -
+    acos(E/A).
     """
 
     @staticmethod
@@ -140,7 +141,9 @@ class TestSquarePrismByEnergy:
 
     @staticmethod
     def belt_of_R(half_width, half_length, level):
-        """Solid angle of {R < level} around the four sides together, two ends cut off."""
+        """Solid angle of {R < level} around the four sides together, two ends cut
+        off.
+        """
 
         def reach(azimuth):
             k = half_width * (np.cos(azimuth) + np.sin(azimuth))
@@ -151,7 +154,9 @@ class TestSquarePrismByEnergy:
 
     @staticmethod
     def disc_on_rectangle(distance, half_width, half_length, level):
-        """Solid angle of {r < level} on a face: a disc cut off by the rectangle's sides."""
+        """Solid angle of {r < level} on a face: a disc cut off by the rectangle's
+        sides.
+        """
         disc = np.sqrt(level**2 - distance**2)
 
         def ring(azimuth):
@@ -201,7 +206,9 @@ class TestSquarePrismByEnergy:
 
 
 class TestPerturbed:
-    """PQSE: each face gives its neighbours 0.4 of the arc between them over 4 pi, by area."""
+    """PQSE: each face gives its neighbours 0.4 of the arc between them over 4 pi, by
+    area.
+    """
 
     def test_a_box(self):
         sides = (1.0, 1.1, 1.2)
@@ -236,7 +243,9 @@ class TestPerturbed:
 
     @pytest.mark.parametrize("height", [0.2, 0.45, 2.0])
     def test_the_facets_of_one_rim_are_one_surface(self, height):
-        """A cylinder: the strip along each rim is 0.4 times the difference of base and side."""
+        """A cylinder: the strip along each rim is 0.4 times the difference of base and
+        side.
+        """
         bases = {}
         for sides in (64, 256):
             statistics = estimate(

@@ -1,4 +1,6 @@
-"""EAE, MEAE and the splitting graph against an independent flood of a grid on the sphere."""
+"""EAE, MEAE and the splitting graph against an independent flood of a grid on the
+sphere.
+"""
 
 import numpy as np
 import pytest
@@ -15,9 +17,10 @@ BODIES = {
     "random, shifted centre": (random_polyhedron(12, 3), (-0.2, 0.1, 0.25)),
 }
 
-# Errors of the grid are of second order in its spacing. With twice as many directions, on these
-# bodies and thirty more: a level 5e-6 of the radius, an area 8e-4 sr, a probability 2e-4. In a
-# component of a few cells they are larger: there the first figures hold, elsewhere the second.
+# Errors of the grid are of second order in its spacing. With twice as many directions,
+# on these bodies and thirty more: a level 5e-6 of the radius, an area 8e-4 sr, a
+# probability 2e-4. In a component of a few cells they are larger: there the first
+# figures hold, elsewhere the second.
 LEVEL = (1e-3, 4e-5)  # of the radius
 AREA = (1e-2, 2e-3)  # steradians
 PROBABILITY = (4e-3, 6e-4)
@@ -30,7 +33,8 @@ def test_tree_levels_areas_and_probabilities(name, function, method):
     surface, center = BODIES[name]
     part = part_from_mesh(*surface, center_of_mass=center)
     shape = Shape(surface[0], part.center_of_mass)
-    # A stable foot closer to its face's rim has a component that the grid sees at a wrong level.
+    # A stable foot closer to its face's rim has a component that the grid sees at a
+    # wrong level.
     resolved = shape.clearance() > 2.0 * SPACING
     expected = flood(shape, function)
     fine = int(resolved and expected.smallest_component > MANY_CELLS)

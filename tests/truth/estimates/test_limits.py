@@ -1,4 +1,6 @@
-"""Estimates where a face is about to lose its stability, a saddle ties, or a scene ends."""
+"""Estimates where a face is about to lose its stability, a saddle ties, or a scene
+ends.
+"""
 
 import numpy as np
 import pytest
@@ -37,7 +39,9 @@ def share(part, method, direction, within=1e-9, tolerance=0.0):
 
 @pytest.mark.parametrize("method", ["eae", "meae", "split"])
 def test_energy_estimates_vanish_as_the_face_becomes_marginal(method):
-    """To leading order a power of the way to the edge, at least the first; below 1e-14 noise."""
+    """To leading order a power of the way to the edge, at least the first; below 1e-14
+    noise.
+    """
     inside = np.array([share(leaning(-(10.0**-k)), method, BASE) for k in range(1, 9)])
     assert inside[0] > 1e-4
     if method == "split":  # a fitted function of such powers
@@ -152,7 +156,9 @@ class TestTheEstimatorThatKnowsTheScene:
                 assert np.abs(second - first).max() < 5.0 * step
 
     def test_a_face_that_breaks_in_two(self):
-        """The roof of a house, its ridge off the middle, flattens until it is one face."""
+        """The roof of a house, its ridge off the middle, flattens until it is one
+        face.
+        """
 
         def walls(rise, tolerance):
             low = [

@@ -1,4 +1,6 @@
-"""What no change of units, frame, triangulation or order may alter, on random polyhedra."""
+"""What no change of units, frame, triangulation or order may alter, on random
+polyhedra.
+"""
 
 import numpy as np
 import pytest
@@ -23,8 +25,8 @@ def assert_same_answers(
     """All methods and the geometry of the poses agree, part by part.
 
     Lengths are compared relative to the radius. A split into two components of 1e-9 sr
-    each, which one random body in some ten thousand has, would need a wider tolerance: their
-    areas are differences of larger ones, good to 1e-16 sr.
+    each, which one random body in some ten thousand has, would need a wider tolerance:
+    their areas are differences of larger ones, good to 1e-16 sr.
     """
     for pose, partner in zip(
         estimate_all(first, cluster_tolerance=tolerance),
@@ -68,7 +70,9 @@ def turned(surface, seed):
 
 
 def far_from_its_origin(surface, seed):
-    """Coordinates up to 1000 sizes off are rounded to 1e-13 of the size before anything else."""
+    """Coordinates up to 1000 sizes off are rounded to 1e-13 of the size before anything
+    else.
+    """
     shift = rotation(seed)[0] * 10.0 ** (seed % 4) * size(surface)
     return part_from_mesh(*moved(surface, offset=shift)), {}
 
@@ -83,7 +87,9 @@ def with_finer_triangles(surface, seed):
 
 
 def with_a_pocket_inside(surface, _):
-    """Points inside the hull change the mass properties only, and those are given here."""
+    """Points inside the hull change the mass properties only, and those are given
+    here.
+    """
     part = part_from_mesh(*surface)
     vertices, triangles = surface
     inner = 0.3 * (vertices - part.center_of_mass) + part.center_of_mass

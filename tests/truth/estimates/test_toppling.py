@@ -1,4 +1,6 @@
-"""QSE: toppling decided by hand, by an independent toppling, and by trimesh; solid angles too."""
+"""QSE: toppling decided by hand, by an independent toppling, and by trimesh; solid
+angles too.
+"""
 
 import numpy as np
 import pytest
@@ -12,7 +14,9 @@ from tests.truth.reference.toppling import Polyhedron, solid_angle
 
 
 def compare(part, expected, method="qse"):
-    """Probabilities against those of (direction, share) pairs, which are all there are."""
+    """Probabilities against those of (direction, share) pairs, which are all there
+    are.
+    """
     statistics = estimate(part, method, cluster_tolerance=0.0)
     directions = np.array([direction for direction, _ in expected], dtype=float)
     directions /= np.linalg.norm(directions, axis=1)[:, None]
@@ -64,7 +68,9 @@ def test_a_leaning_prism_topples_from_its_ends_onto_the_sides_that_overhang():
 
 
 def test_a_pyramid_that_would_topple_over_a_corner_shares_between_both_sides():
-    """Square base, the apex beyond a corner on the diagonal: both faces there take half."""
+    """Square base, the apex beyond a corner on the diagonal: both faces there take
+    half.
+    """
     corners = np.array(
         (
             (-1.0, -1.0, 0.0),
@@ -137,7 +143,8 @@ def test_against_an_independent_toppling(seed):
 def test_against_trimesh_where_every_face_is_stable(surface, method):
     """Without noise (one sample, sigma 0) trimesh topples quasi-statically as QSE does.
 
-    It merges faces by rounded normals and measures them by arc cosines: good to some 1e-6.
+    It merges faces by rounded normals and measures them by arc cosines: good to some
+    1e-6.
     """
     statistics = estimate(part_from_mesh(*surface), method, cluster_tolerance=0.0)
     transforms, probability = trimesh.poses.compute_stable_poses(

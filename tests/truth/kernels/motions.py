@@ -58,7 +58,9 @@ class Slid(NamedTuple):
     series: np.ndarray
 
     def forces(self, fraction):
-        """Sum of the forces, and the second times the edge's length, at a share of the step."""
+        """Sum of the forces, and the second times the edge's length, at a share of the
+        step.
+        """
         power = fraction ** np.arange(len(self.series))
         return power @ self.series[:, [FORCE, TORQUE]] / self.step**2
 
@@ -72,7 +74,9 @@ class Slid(NamedTuple):
 
 
 def turning(moment, momentum, speed, seed):
-    """State of a body turning about the angular momentum's direction (3,) in its axes."""
+    """State of a body turning about the angular momentum's direction (3,) in its
+    axes.
+    """
     random = np.random.default_rng(seed)
     state = np.zeros(STATE)
     up = np.cross(momentum, random.standard_normal(3))
@@ -85,7 +89,9 @@ def turning(moment, momentum, speed, seed):
 
 
 def turning_states(moment, count, seed):
-    """States (count, 8) of all directions, every third near an axis; speeds from 0.5 to 8."""
+    """States (count, 8) of all directions, every third near an axis; speeds from 0.5 to
+    8.
+    """
     random = np.random.default_rng(seed)
     states = []
     for k in range(count):
@@ -112,7 +118,9 @@ def fly(state, moment, time):
 
 
 def turn_at_once(state, moment, time):
-    """The state after a free rotation in one go; None where that was refused, untouched."""
+    """The state after a free rotation in one go; None where that was refused,
+    untouched.
+    """
     turned = state.copy()
     if rotate_freely(turned, moment, time):
         assert tuple(turned[[Z, V]]) == tuple(state[[Z, V]])

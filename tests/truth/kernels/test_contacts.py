@@ -1,4 +1,6 @@
-"""Impacts, and sliding on a vertex and on an edge: energy, the contact and its forces."""
+"""Impacts, and sliding on a vertex and on an edge: energy, the contact and its
+forces.
+"""
 
 import numpy as np
 import pytest
@@ -34,7 +36,9 @@ on_a_vertex_and_an_edge = pytest.mark.parametrize("vertices", [1, 2])
 
 
 def sliding(moment, vertices, seed):
-    """State (8,) that keeps its contact; this is a vertex, an edge's direction, its length."""
+    """State (8,) that keeps its contact; this is a vertex, an edge's direction, its
+    length.
+    """
     random = np.random.default_rng(seed)
     up, across = np.linalg.qr(random.standard_normal((3, 3)))[0][:2]
     sideways = random.uniform(-0.5, 0.5, 2) @ (across, np.cross(up, across))
@@ -79,7 +83,9 @@ def whole_step(state, moment, contact, vertices):
 
 
 def contact_forces(state, moment, points):
-    """Forces (k,) that keep the points from accelerating, and the rates (2, 3) of up and spin."""
+    """Forces (k,) that keep the points from accelerating, and the rates (2, 3) of up
+    and spin.
+    """
     up = state[P : P + 3]
     spin = state[W:]
     free = np.cross(moment * spin, spin) / moment
@@ -105,7 +111,9 @@ def test_energy_is_conserved(moment, vertices):
 @every_moment
 @on_a_vertex_and_an_edge
 def test_the_contact_stays_on_the_plate(moment, vertices):
-    """Heights and vertical velocities of the vertex, and of the far end of a unit edge."""
+    """Heights and vertical velocities of the vertex, and of the far end of a unit
+    edge.
+    """
     for seed in range(15):
         state, contact = sliding(moment, vertices, seed)
         slid = slide(state, moment, contact, vertices, 0.2)
@@ -130,7 +138,8 @@ def test_forces_and_rates_at_both_ends_of_a_step_are_those_of_a_direct_solution(
             forces, rates = contact_forces(
                 moment_state, moment, points_of(contact, vertices)
             )
-            # The last terms of the series count more in its derivatives: 16² of its truncation.
+            # The last terms of the series count more in its derivatives: 16² of its
+            # truncation.
             size = (
                 1e-10
                 * max(1.0, np.abs(forces).max(), np.abs(rates).max())
@@ -160,7 +169,9 @@ def falling(moment, seed):
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
 @pytest.mark.parametrize("name", ["generic", "plate", "isotropic"])
 def test_an_impact_takes_its_share_of_the_energy_of_the_approach(name, restitution):
-    """(1 - restitution²) / 2 m_eff u², and the corner leaves at -restitution u; p . I w = 0."""
+    """(1 - restitution²) / 2 m_eff u², and the corner leaves at -restitution u; p . I w
+    = 0.
+    """
     moment = np.array(SHAPES[name])
     for seed in range(50):
         state, r = falling(moment, seed)

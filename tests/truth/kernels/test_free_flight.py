@@ -1,4 +1,6 @@
-"""Free flight, step by step and in one go: scipy, closed forms and what is conserved."""
+"""Free flight, step by step and in one go: scipy, closed forms and what is
+conserved.
+"""
 
 import numpy as np
 import pytest
@@ -96,7 +98,8 @@ def assert_right_or_refused(state, moment, time):
     turned = turn_at_once(state, moment, time)
     if turned is None:
         return False
-    # What a rounding does to the turn grows with time; six units is the fall from 20 radii.
+    # What a rounding does to the turn grows with time; six units is the fall from 20
+    # radii.
     assert_same_turn(turned, fly(state, moment, time), EXACT * max(1.0, time / 6.0))
     assert moment @ turned[W:] ** 2 == pytest.approx(moment @ state[W:] ** 2, rel=1e-12)
     assert off_invariants(turned, moment) < CONSERVED
@@ -109,7 +112,8 @@ def test_in_one_go_it_is_right_or_refused(moment):
         assert_right_or_refused(state, moment, 0.1 + 0.2 * k)
         for k, state in enumerate(turning_states(moment, 30, seed=7))
     ]
-    # What is refused costs steps: only the third of the states that is near an axis may be.
+    # What is refused costs steps: only the third of the states that is near an axis may
+    # be.
     assert sum(turns) >= 20 or moment[0] == moment[2]
 
 

@@ -1,8 +1,8 @@
 """First zero of a polynomial: none is missed, none is invented.
 
 The answers are judged in exact arithmetic, by Sturm's theorem: the floating-point
-coefficients are rational numbers. Within `BLUR` of zero, relative to the sum of the sizes of
-the terms, rounding decides.
+coefficients are rational numbers. Within `BLUR` of zero, relative to the sum of the
+sizes of the terms, rounding decides.
 """
 
 import math
@@ -32,7 +32,9 @@ def exact(polynomial, x):
 
 
 def remainder(a, b):
-    """Of the division of integer polynomials, lowest power first, times a positive number."""
+    """Of the division of integer polynomials, lowest power first, times a positive
+    number.
+    """
     size = abs(b[-1])
     sign = 1 if b[-1] > 0 else -1
     while len(a) >= len(b):
@@ -47,7 +49,9 @@ def remainder(a, b):
 
 
 def roots_between(polynomial, low, high):
-    """Number of distinct real roots in (low, high], neither end being a multiple one."""
+    """Number of distinct real roots in (low, high], neither end being a multiple
+    one.
+    """
     whole = math.lcm(*(c.denominator for c in polynomial))
     chain = [
         [int(whole * c) for c in polynomial],
@@ -79,7 +83,9 @@ def assert_first_zero(coefficients, zero, upto=1.0):
 
 
 def coefficients_of(roots, pairs):
-    """Polynomial, positive at 0, from real roots and pairs (a, b) of complex ones a ± i b."""
+    """Polynomial, positive at 0, from real roots and pairs (a, b) of complex ones a ± i
+    b.
+    """
     c = np.polynomial.polynomial.polyfromroots(roots).real if roots else np.ones(1)
     for a, b in pairs:
         c = np.convolve(c, (a * a + b * b, -2.0 * a, 1.0))
@@ -123,7 +129,9 @@ def test_any_coefficients(c, shrink, start):
 @pytest.mark.parametrize("time", [0.03, 0.5, 0.97])
 @pytest.mark.parametrize("depth", [1e-2, 1e-6, 1e-10, 1e-13])
 def test_grazing(time, depth):
-    """A dip to just above zero is none, and one to just below it ends on its way down."""
+    """A dip to just above zero is none, and one to just below it ends on its way
+    down.
+    """
     rest = np.array((2.0, 0.3, -0.4, 0.1))
     square = np.array((time * time, -2.0 * time, 1.0))
     above = np.convolve(square + np.array((depth, 0.0, 0.0)), rest)
@@ -131,5 +139,6 @@ def test_grazing(time, depth):
     width = math.sqrt(depth)
     assert zero_of(above) == math.inf
     if time > 1.01 * width:
-        # The slope there is 2 width: a rounding of 1e-15 moves the zero by 1e-15 / width.
+        # The slope there is 2 width: a rounding of 1e-15 moves the zero by 1e-15 /
+        # width.
         assert zero_of(below) == pytest.approx(time - width, abs=1e-14 / width)

@@ -1,4 +1,6 @@
-"""Elementary functions, principal axes and sorting, against the C library, LAPACK and numpy."""
+"""Elementary functions, principal axes and sorting, against the C library, LAPACK and
+numpy.
+"""
 
 import math
 
@@ -21,7 +23,9 @@ from ros_pose_stats.core.kernels.sorting import falling_order, rising_order
 
 COUNT = 2000
 ROUNDING = 8.0 * np.finfo(np.float64).eps
-"""A few roundings of the largest moment: by so much the tensors themselves are rounded."""
+"""A few roundings of the largest moment: by so much the tensors themselves are
+rounded.
+"""
 
 
 def units_off(values, function, *arguments, least=0.0):
@@ -83,7 +87,9 @@ def test_exponential_logarithm_and_roots():
 
 
 def assert_principal(tensor):
-    """Rising moments, axes as the columns of a rotation, and the tensor back from both."""
+    """Rising moments, axes as the columns of a rotation, and the tensor back from
+    both.
+    """
     moments, axes = principal_axes(tensor)
     size = max(np.abs(tensor).max(), 1e-300)
     assert (np.diff(moments) >= 0.0).all()

@@ -1,4 +1,6 @@
-"""Solid angles: of triangles against fifty-digit arithmetic, below a level against a grid."""
+"""Solid angles: of triangles against fifty-digit arithmetic, below a level against a
+grid.
+"""
 
 from decimal import Decimal, localcontext
 
@@ -30,8 +32,8 @@ def below_R(body, level):
 def precise_angle(*corners):
     """Solid angle of a small triangle seen from the origin; corners are exact as given.
 
-    tan(angle/2) by Van Oosterom and Strackee in decimal arithmetic, and the arctangent's
-    series, which converges for tangents below 1.
+    tan(angle/2) by Van Oosterom and Strackee in decimal arithmetic, and the
+    arctangent's series, which converges for tangents below 1.
     """
 
     def dot(p, q):
@@ -68,7 +70,8 @@ def test_small_triangles_keep_their_digits(width):
     across = np.array(((0.3, -0.2, 0.0), (1.1, 0.1, 0.0), (-0.4, 0.9, 0.0)))
     for seed in range(5):
         corners = (across * width + (0.0, 0.0, 1.0)) @ rotation(seed).T
-        # Rounding a corner moves it by 1e-16: the triangle is no better known than that.
+        # Rounding a corner moves it by 1e-16: the triangle is no better known than
+        # that.
         assert solid_angle(*corners) == pytest.approx(
             precise_angle(*corners), rel=2e-15 / width
         )
@@ -138,7 +141,8 @@ def test_areas_are_continuous_in_the_level(body):
         above = mark + 1e-11
         step = below_r(body, above) - below_r(body, below)
         flow = below_R(body, above).sum() - below_R(body, below).sum()
-        # The steepest slope is that of a cap, 2 pi/d, on as many as twenty faces at once.
+        # The steepest slope is that of a cap, 2 pi/d, on as many as twenty faces at
+        # once.
         assert np.abs(step).max() < 2e-10 / arrays.distance.min()
         assert abs(flow) < 4e-9 / arrays.distance.min()
 

@@ -1,4 +1,6 @@
-"""The triangles that a part is drawn by: near its surface, with teeth, gaps, bores and threads."""
+"""The triangles that a part is drawn by: near its surface, with teeth, gaps, bores and
+threads.
+"""
 
 import numpy as np
 import pytest
@@ -22,7 +24,9 @@ def mesh_of(triangles):
 
 
 def pierced(triangles, x, y):
-    """Heights at which the vertical through (x, y) passes through triangles, ascending."""
+    """Heights at which the vertical through (x, y) passes through triangles,
+    ascending.
+    """
     corners = triangles - np.array([x, y, 0.0])
     a = corners[:, 0]
     b = corners[:, 1]

@@ -18,7 +18,9 @@ BODIES = {
     "prism": shapes.prism(24, 1.0, 3.0),
 }
 WELDED = 1e-8
-"""Of the largest extent: vertices closer than this are one, as the documents have it."""
+"""Of the largest extent: vertices closer than this are one, as the documents have
+it.
+"""
 
 
 def soup(surface):
@@ -28,7 +30,9 @@ def soup(surface):
 
 
 def with_repeats(surface):
-    """Triangles twice, a wall inside that is there from both sides, and collapsed ones."""
+    """Triangles twice, a wall inside that is there from both sides, and collapsed
+    ones.
+    """
     vertices, triangles = surface
     a = 0
     b = len(vertices) // 2
@@ -115,7 +119,9 @@ def test_one_more_corner_or_a_corner_cut_off_by_a_hair_changes_an_answer_by_a_ha
 
 @pytest.mark.parametrize(("sections", "turn"), [(1500, None), (25_000, rotation(1))])
 def test_a_face_with_thousands_of_corners_has_the_area_of_its_disc(sections, turn):
-    """Their hull took minutes. In estimates a circle has 192 sides, off by 3e-4 in area."""
+    """Their hull took minutes. In estimates a circle has 192 sides, off by 3e-4 in
+    area.
+    """
     ring = trimesh.creation.annulus(0.01, 0.02, 0.03, sections=sections)
     cone = trimesh.creation.cone(0.01, 0.02, sections=sections)
     slant = np.hypot(0.01, 0.02)

@@ -1,4 +1,6 @@
-"""Parts as an STL file stores them, also in the frame of an assembly: the same poses."""
+"""Parts as an STL file stores them, also in the frame of an assembly: the same
+poses.
+"""
 
 import numpy as np
 import pytest

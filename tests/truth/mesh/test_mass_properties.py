@@ -23,7 +23,9 @@ def box_tensor(x, y, z):
 
 
 def star(seed):
-    """A solid with dents and spikes: a ball whose corners are moved along their radii."""
+    """A solid with dents and spikes: a ball whose corners are moved along their
+    radii.
+    """
     ball = trimesh.creation.icosphere(1)
     reach = np.random.default_rng(seed).uniform(0.3, 1.0, len(ball.vertices))
     return np.array(ball.vertices) * reach[:, None], np.array(ball.faces)

@@ -1,4 +1,6 @@
-"""Several closed surfaces in one mesh, wound as they may be: voids, bodies and overlap."""
+"""Several closed surfaces in one mesh, wound as they may be: voids, bodies and
+overlap.
+"""
 
 import numpy as np
 import pytest

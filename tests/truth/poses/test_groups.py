@@ -1,4 +1,6 @@
-"""Poses that a proper rotation of the whole part carries into each other share a group."""
+"""Poses that a proper rotation of the whole part carries into each other share a
+group.
+"""
 
 import numpy as np
 import pytest
@@ -74,7 +76,9 @@ def test_groups_are_numbered_by_their_first_pose_and_pair_opposite_faces_of_a_bo
 
 @pytest.mark.parametrize("order", [2, 3, 5])
 def test_bodies_with_one_axis_have_exactly_its_turns(order):
-    """Random points and their images under an n-fold turn: no other symmetry by chance."""
+    """Random points and their images under an n-fold turn: no other symmetry by
+    chance.
+    """
     points = np.random.default_rng(order).standard_normal((7, 3))
     turns = Rotation.from_euler("z", 2.0 * np.pi * np.arange(order) / order)
     everywhere = np.concatenate([turn.apply(points) for turn in turns])
@@ -125,7 +129,9 @@ def test_a_wheel_with_holes_is_not_alike_at_any_angle(holes):
 
 
 def with_flap(surface):
-    """Four triangles without area along an edge, as they are left where edges were stitched."""
+    """Four triangles without area along an edge, as they are left where edges were
+    stitched.
+    """
     vertices, triangles = surface
     a, b, _ = triangles[0]
     hinge = vertices[a] + np.array([[0.3], [0.6]]) * (vertices[b] - vertices[a])
@@ -146,7 +152,9 @@ def test_neither_triangles_without_area_nor_thinness_hides_a_symmetry(box):
 
 
 def drilled(edges, holes):
-    """A box with blind holes: axis, place, radius, depth, side (-1, 1) and a turn about z."""
+    """A box with blind holes: axis, place, radius, depth, side (-1, 1) and a turn about
+    z.
+    """
     solid = Manifold.cube(edges, True)
     for axis, middle, radius, depth, side, degrees in holes:
         turn = {"x": (0.0, 90.0, 0.0), "y": (90.0, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}[

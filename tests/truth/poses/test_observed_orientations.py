@@ -1,4 +1,6 @@
-"""Orientations with a camera's errors, made by scipy's rotations, are found to be their poses."""
+"""Orientations with a camera's errors, made by scipy's rotations, are found to be their
+poses.
+"""
 
 import math
 from functools import cache
@@ -48,7 +50,9 @@ def part_of(name):
 
 
 def observed(name, rng, noise=NOISE, symmetric=True):
-    """Poses (n,) drawn at random, and orientations (n, 4) as a camera with errors tells them."""
+    """Poses (n,) drawn at random, and orientations (n, 4) as a camera with errors tells
+    them.
+    """
     poses = resting_poses(part_of(name)).poses
     pose = rng.integers(len(poses), size=MANY)
     true = Rotation.from_quat(

@@ -1,4 +1,6 @@
-"""Silhouettes and sections, against closed forms, volumes and points that are looked at singly."""
+"""Silhouettes and sections, against closed forms, volumes and points that are looked at
+singly.
+"""
 
 import math
 from functools import cache
@@ -25,7 +27,9 @@ def area_of(ring):
 
 
 def holds(polygons, points):
-    """Whether points (n, 2) are in a polygon and in none of its holes; as matplotlib sees it."""
+    """Whether points (n, 2) are in a polygon and in none of its holes; as matplotlib
+    sees it.
+    """
     inside = np.zeros(len(points), dtype=bool)
     for boundary, *holes in polygons:
         within = Path(boundary).contains_points(points)
@@ -36,7 +40,9 @@ def holds(polygons, points):
 
 
 def crossings(part, pose, points):
-    """Where vertical lines through points (n, 2) meet the surface: which line, and heights."""
+    """Where vertical lines through points (n, 2) meet the surface: which line, and
+    heights.
+    """
     position = (
         Rotation.from_quat(pose.orientation).apply(part.surface_vertices)
         + pose.position
@@ -106,7 +112,9 @@ def test_a_convex_part_has_the_outline_of_its_hull(body):
 
 
 def block_with_a_hole():
-    """40 by 30 by 10 mm, with a hole 8 mm wide at (5, 3) and a groove 4 deep and 6 wide below."""
+    """40 by 30 by 10 mm, with a hole 8 mm wide at (5, 3) and a groove 4 deep and 6 wide
+    below.
+    """
     block = Manifold.cube((40.0, 30.0, 10.0)).translate((-20.0, -15.0, 0.0))
     hole = Manifold.cylinder(12.0, 4.0, circular_segments=64).translate(
         (5.0, 3.0, -1.0)

@@ -15,7 +15,9 @@ from tests.matching import downs, values
 from tests.truth.reference.clustering import persistent_poses, stable_faces
 
 STORED = {"tie": 3e-7, "distinct": 7e-7, "flat": 2e-6}
-"""Of bodies whose coordinates are float32: off by 6e-8 of the size, planes by some 3e-7."""
+"""Of bodies whose coordinates are float32: off by 6e-8 of the size, planes by some
+3e-7.
+"""
 
 BODIES = {
     "random": (random_polyhedron(20, 20), {}),
@@ -70,10 +72,12 @@ def test_members_and_ways_out(name, turned):
 
 
 def mirrored_ridge():
-    """A square bar whose upper edge is cut by three facets, the middle one lower than the others.
+    """A square bar whose upper edge is cut by three facets, the middle one lower than
+    the others.
 
-    The middle facet is left at 0.0024 of its height, equally far to either side. There the facets
-    beside it are left at once, to two poses that a half turn of the bar carries into each other.
+    The middle facet is left at 0.0024 of its height, equally far to either side. There
+    the facets beside it are left at once, to two poses that a half turn of the bar
+    carries into each other.
     """
     right = [(1.252, 8.0), (1.254, 4.0)]
     corners = [
@@ -98,7 +102,9 @@ def test_a_shelf_between_two_equal_ways_out_goes_to_the_smaller_index():
 
 
 def test_bars_with_mirror_planes_and_turns():
-    """Facets near to a circle, in one of six symmetries, at tolerances where many are shelves."""
+    """Facets near to a circle, in one of six symmetries, at tolerances where many are
+    shelves.
+    """
     random = np.random.default_rng(1)
     for trial in range(30):
         turns = random.integers(1, 4)
@@ -150,7 +156,8 @@ def test_spread_is_the_widest_angle_of_members_that_are_low(name):
                 ]
             )
             chord = np.linalg.norm(low[:, None] - low[None], axis=-1).max()
-            # Near half a turn the angle is the root of what rounding leaves of the chord.
+            # Near half a turn the angle is the root of what rounding leaves of the
+            # chord.
             assert pose.spread == pytest.approx(
                 2.0 * np.arcsin(min(chord / 2.0, 1.0)), abs=1e-7
             )
@@ -209,7 +216,9 @@ def test_of_tied_members_the_largest_face_stands_for_the_pose():
 
 
 class TestClosedForms:
-    """A tolerance of 0.0025 is a tilt of 4 degrees: sqrt(1 + t^-2) < 1.0025 from t = 14.1 on."""
+    """A tolerance of 0.0025 is a tilt of 4 degrees: sqrt(1 + t^-2) < 1.0025 from t =
+    14.1 on.
+    """
 
     @pytest.mark.parametrize("sides", [45, 49, 200])
     def test_a_fine_cylinder_as_it_is_in_the_file(self, sides):
@@ -240,7 +249,9 @@ class TestClosedForms:
         assert values(poses, "margin") == pytest.approx(np.arctan2(14.3, 1.0), abs=1e-6)
 
     def test_a_shelf_goes_to_the_face_across_its_lower_saddle(self):
-        """Oblique sides of an octagon are left at 1.057 to those of 0.95, else at 1.082."""
+        """Oblique sides of an octagon are left at 1.057 to those of 0.95, else at
+        1.082.
+        """
         angles = np.radians(45.0) * np.arange(8)
         normals = np.column_stack((np.cos(angles), np.sin(angles)))
         distances = np.where(np.arange(8) % 4 == 2, 0.95, 1.0)

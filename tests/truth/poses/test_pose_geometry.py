@@ -62,7 +62,9 @@ def signed_area(polygon):
 
 @every_case
 class TestEveryPose:
-    """Planes are flat to 1e-6 of the radius, so that corners are off by 3e-6 at the most."""
+    """Planes are flat to 1e-6 of the radius, so that corners are off by 3e-6 at the
+    most.
+    """
 
     def test_it_stands_on_the_plate_with_its_centre_of_mass_above_the_origin(
         self, name, tolerance
@@ -118,7 +120,9 @@ class TestEveryPose:
                 )
 
     def test_numbers(self, name, tolerance):
-        """Rising height; groups by their first pose; members are all stable faces, each once."""
+        """Rising height; groups by their first pose; members are all stable faces, each
+        once.
+        """
         part, poses, radius = poses_and_radius(name, tolerance)
         assert [pose.index for pose in poses] == list(range(len(poses)))
         assert np.diff(values(poses, "height")).min(initial=0.0) > -1e-6 * radius
@@ -132,7 +136,9 @@ class TestEveryPose:
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_rounding_does_not_renumber_ties(seed):
-    """Heights and directions that differ by 1e-8 are the same: `down` decides, not noise."""
+    """Heights and directions that differ by 1e-8 are the same: `down` decides, not
+    noise.
+    """
     vertices, triangles = shapes.prism(6, 1.0, 2.0 * np.cos(np.pi / 6.0))
     exact = resting_poses(part_from_mesh(vertices, triangles), 0.0, round_sides=0).poses
     noise = np.random.default_rng(seed).uniform(-1e-8, 1e-8, vertices.shape)
@@ -152,7 +158,9 @@ def test_a_dense_run_of_heights_is_no_tie():
 
 
 class TestOrientation:
-    """The smallest rotation that brings `down` to -z; a half turn about x where that is any."""
+    """The smallest rotation that brings `down` to -z; a half turn about x where that is
+    any.
+    """
 
     @staticmethod
     def poses(turn):
@@ -172,7 +180,9 @@ class TestOrientation:
 
     @given(st.floats(-13.0, -1.0), st.floats(0.0, 6.3))
     def test_near_half_a_turn(self, exponent, azimuth):
-        """Rounding of a `down` near +z turns no axis, and the result is right all the same."""
+        """Rounding of a `down` near +z turns no axis, and the result is right all the
+        same.
+        """
         tilt = 10.0**exponent
         axis = (np.cos(azimuth), np.sin(azimuth), 0.0)
         poses = self.poses(Rotation.from_rotvec(np.array(axis) * tilt).as_matrix())

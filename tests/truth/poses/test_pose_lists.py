@@ -1,9 +1,10 @@
 """The poses of common parts, as who writes a feeder's list by hand would write them.
 
-The lists were written down before any was run. What decides is how far the centre of mass has to
-rise out of a pose, over its height there: 0.0025 parts poses, 0.025 neighbours on one round or
-toothed run. A face h high whose nearest edge is w from the foot rises by sqrt(1 + (w / h)^2) - 1,
-so that a part more than 14.1 times as high as wide does not stand.
+The lists were written down before any was run. What decides is how far the centre of
+mass has to rise out of a pose, over its height there: 0.0025 parts poses, 0.025
+neighbours on one round or toothed run. A face h high whose nearest edge is w from the
+foot rises by sqrt(1 + (w / h)^2) - 1, so that a part more than 14.1 times as high as
+wide does not stand.
 """
 
 import itertools
@@ -138,7 +139,8 @@ TEE = [
 ]
 CHANNEL = [(0, 0), (1, 0), (1, 1), (0.8, 1), (0.8, 0.2), (0.2, 0.2), (0.2, 1), (0, 1)]
 
-# Body, and the sizes of the groups of poses that turns of the part carry into each other.
+# Body, and the sizes of the groups of poses that turns of the part carry into each
+# other.
 LISTS = {
     # Bars and plates: on its end a bar 1 : 1 : t rises by sqrt(1 + t^-2) - 1.
     "cube": (shapes.box(1, 1, 1), (6,)),

@@ -1,4 +1,6 @@
-"""The paper's random polyhedra against a second reading of the recipe, and against trimesh."""
+"""The paper's random polyhedra against a second reading of the recipe, and against
+trimesh.
+"""
 
 import numpy as np
 import pytest
@@ -15,7 +17,9 @@ every_recipe = pytest.mark.parametrize(
 
 
 def drawn(random, shift, moment):
-    """A body by the recipe: vertices, stable faces and the shift's length; None to redraw."""
+    """A body by the recipe: vertices, stable faces and the shift's length; None to
+    redraw.
+    """
     points = random.standard_normal((3 + random.geometric(0.1), 3))
     hull = ConvexHull(points)
     corners = points[hull.simplices]

@@ -1,4 +1,6 @@
-"""Meshes that were not made for this project, where they are at hand: a sober answer to each."""
+"""Meshes that were not made for this project, where they are at hand: a sober answer to
+each.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,6 @@
-"""Hulls as Qhull and files leave them: folded facets, twin corners, rough and narrow planes."""
+"""Hulls as Qhull and files leave them: folded facets, twin corners, rough and narrow
+planes.
+"""
 
 import numpy as np
 import pytest
@@ -13,7 +15,9 @@ from tests.matching import downs
 
 
 def points_on_a_box(random, count, roughness=0.0):
-    """Corners and random points of the faces of a 2 x 3 x 4 box, off by a normal `roughness`."""
+    """Corners and random points of the faces of a 2 x 3 x 4 box, off by a normal
+    `roughness`.
+    """
     points = random.uniform(-1.0, 1.0, (count, 3))
     axis = random.integers(0, 3, count)
     points[np.arange(count), axis] = np.sign(points[np.arange(count), axis])
@@ -23,7 +27,9 @@ def points_on_a_box(random, count, roughness=0.0):
 
 
 def test_a_box_of_scattered_points_has_six_faces():
-    """Qhull cuts facets of many corners into triangles that may be slivers or fold back."""
+    """Qhull cuts facets of many corners into triangles that may be slivers or fold
+    back.
+    """
     for seed in range(20):
         random = np.random.default_rng(seed)
         points = points_on_a_box(random, 200, 10.0 ** random.uniform(-15, -9))
@@ -107,8 +113,8 @@ def test_rough_faces_give_no_pose_that_the_part_falls_out_of(roughness, toleranc
 def test_no_pose_is_lost_to_a_coplanar_neighbour(seed):
     """Among thousands of facets some pairs are coplanar to 1e-7 and count as one face.
 
-    A facet with the foot of the centre of mass 1e-4 inside is stable whatever is beside it; joined
-    with another it leans by 1e-6 over its width, 1e-4.
+    A facet with the foot of the centre of mass 1e-4 inside is stable whatever is beside
+    it; joined with another it leans by 1e-6 over its width, 1e-4.
     """
     points = shapes.ellipsoid_points(4000, seed, (1.0, 0.995, 0.99))
     part = part_from_mesh(*shapes.hull_mesh(points))
@@ -139,7 +145,9 @@ def test_a_bulge_of_a_thousandth_is_no_plane():
 
 @pytest.mark.parametrize(("name", "part"), convex_parts().items())
 def test_r_and_R_of_the_paper(name, part):
-    """Distance to the surface and height above the plate: equal at equilibria, else r < R."""
+    """Distance to the surface and height above the plate: equal at equilibria, else r <
+    R.
+    """
     resting = resting_poses(part, 0.0, round_sides=0)
     body = resting.body
     u = shapes.sphere_points(2000, 0)

@@ -1,6 +1,8 @@
-"""Round surfaces stand as polygons of one number of sides, whatever the file's own division.
+"""Round surfaces stand as polygons of one number of sides, whatever the file's own
+division.
 
-At a cluster tolerance of 0 the stable poses show the polygons: one for each facet that holds.
+At a cluster tolerance of 0 the stable poses show the polygons: one for each facet that
+holds.
 """
 
 import numpy as np
@@ -83,7 +85,9 @@ def test_a_cylinder_has_as_many_facets_as_asked_for_and_its_corners_on_the_circl
 
 @pytest.mark.parametrize("make", [exports.d_shaft, exports.notched_disc, exports.screw])
 def test_parts_that_are_round_in_part_differ_by_the_files_own_volume_alone(make):
-    """Of a polygon of n sides (2 pi / n)^2 / 6 of the area is missing, the whole shift at most."""
+    """Of a polygon of n sides (2 pi / n)^2 / 6 of the area is missing, the whole shift
+    at most.
+    """
     finest = answer(in_float32(make(2048)))
     for sides in EXPORTED[:-1]:
         poses = answer(in_float32(make(sides)))
@@ -144,7 +148,9 @@ class TestWhatStays:
         ids=["shallow flat of a fine shaft", "a corner of fifteen left out"],
     )
     def test_flats(self, angles):
-        """The flat's width is that of the file; 192 sides of a round one would be 0.033 wide."""
+        """The flat's width is that of the file; 192 sides of a round one would be 0.033
+        wide.
+        """
         outline = np.column_stack((np.cos(angles), np.sin(angles)))
         poses = poses_of(in_float32(exports.extruded(outline, 0.5)))
         flat = max(poses, key=lambda pose: pose.down[0])

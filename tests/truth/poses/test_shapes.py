@@ -1,4 +1,6 @@
-"""Shapes made by code: closed, outward, of the right size, and written the same every time."""
+"""Shapes made by code: closed, outward, of the right size, and written the same every
+time.
+"""
 
 import resource
 from pathlib import Path
@@ -38,7 +40,9 @@ DEMO = {  # extents in mm, and holes through
 
 
 def solid(surface):
-    """As trimesh has it: closed, outward, without slivers or corners that nothing uses."""
+    """As trimesh has it: closed, outward, without slivers or corners that nothing
+    uses.
+    """
     vertices, triangles = surface
     mesh = trimesh.Trimesh(vertices, triangles, process=False)
     assert vertices.dtype == np.float64 and triangles.dtype == np.int64
@@ -69,7 +73,9 @@ class TestHulls:
         assert np.array_equal(shapes.hull_mesh(points)[0], corners)
 
     def test_random_points_are_uniform_on_the_sphere_and_seeded(self):
-        """Second moments of 20 000 points have standard deviations of 0.0021 at the most."""
+        """Second moments of 20 000 points have standard deviations of 0.0021 at the
+        most.
+        """
         points = shapes.sphere_points(20_000, seed=5)
         assert points.T @ points / 20_000 == pytest.approx(np.eye(3) / 3.0, abs=0.01)
         assert np.array_equal(points, shapes.sphere_points(20_000, seed=5))

@@ -1,4 +1,6 @@
-"""The splitting graph: a tree of levels whose products are the paper's energy estimates."""
+"""The splitting graph: a tree of levels whose products are the paper's energy
+estimates.
+"""
 
 import numpy as np
 import pytest
@@ -130,7 +132,9 @@ def test_r_and_R_share_their_splits(name):
 
 
 def test_a_box_written_out():
-    """Faces at 1/2 and 1 join over edges at sqrt(1/4 + 1); those at 3/2 come in over sqrt(5/2)."""
+    """Faces at 1/2 and 1 join over edges at sqrt(1/4 + 1); those at 3/2 come in over
+    sqrt(5/2).
+    """
     root = splitting_graph(resting_poses(PARTS["box"], 0.0, round_sides=0))
     levels = sorted(node.level for node in root.walk() if node.parts)
     assert levels == pytest.approx([np.sqrt(1.25)] * 3 + [np.sqrt(2.5)] * 2)

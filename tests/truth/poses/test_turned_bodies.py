@@ -1,8 +1,9 @@
 """Nothing depends on how a part is turned in its own frame.
 
-Turning rounds coordinates by some 4e-16 of the size. A face as narrow as 1e-3 radii then leans
-by 4e-13, and so do heights, margins and areas; sums over some hundred faces stay below 1e-11.
-Components that meet EAE and MEAE at 1e-4 sr have shares 1e-9 off at the most.
+Turning rounds coordinates by some 4e-16 of the size. A face as narrow as 1e-3 radii
+then leans by 4e-13, and so do heights, margins and areas; sums over some hundred faces
+stay below 1e-11. Components that meet EAE and MEAE at 1e-4 sr have shares 1e-9 off at
+the most.
 """
 
 import numpy as np
@@ -33,15 +34,18 @@ BODIES = {  # and how often each is turned
     "bolt": (demo_parts.DEMO_PARTS["hex_bolt"](), 6),
 }
 OF_EITHER = {("bolt", "split"): 4.9e-4}
-"""Share of the sphere of two facets in a mirror plane: each is given to one of the flats that it
-leans to alike, and rounding says to which."""
+"""Share of the sphere of two facets in a mirror plane: each is given to one of the
+flats that it leans to alike, and rounding says to which.
+"""
 
 EXACT = ("rolls", "yaw_symmetry", "group_size")
 LENGTHS = ("height", "top", "barrier")
 
 
 class Answer:
-    """Poses of a body, keyed by the set of its stable faces, in the numbering of another body."""
+    """Poses of a body, keyed by the set of its stable faces, in the numbering of
+    another body.
+    """
 
     def __init__(self, surface, tolerance, number=None):
         part = part_from_mesh(*surface)
@@ -105,7 +109,8 @@ def test_poses_groups_and_probabilities(name, tolerance):
                     getattr(pose, field), abs=1e-11 * size
                 )
             assert partner.margin == pytest.approx(pose.margin, abs=1e-11)
-            # The angle of opposite faces is the root of what rounding leaves of the chord.
+            # The angle of opposite faces is the root of what rounding leaves of the
+            # chord.
             assert partner.spread == pytest.approx(pose.spread, abs=1e-7)
         for method in METHODS:
             bound = OF_EITHER.get((name, method), 1e-9)
@@ -115,7 +120,9 @@ def test_poses_groups_and_probabilities(name, tolerance):
 
 
 def test_a_face_with_a_hole_that_the_file_lacks_is_closed_in_every_frame():
-    """A plate, its upper face missing: at 45 degrees two components of its normal are equal."""
+    """A plate, its upper face missing: at 45 degrees two components of its normal are
+    equal.
+    """
     angles = np.pi * np.arange(24) / 12.0
     rims = [
         (r * np.cos(a), r * np.sin(a), z)

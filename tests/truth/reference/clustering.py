@@ -1,11 +1,13 @@
-"""Stable faces of a hull and poses by persistence, read word for word from the contract.
+"""Stable faces of a hull and poses by persistence, read word for word from the
+contract.
 
-From each stable face the lowest ways are flooded until a face that comes before it is met: the
-highest saddle on the way is where the face ends. If that is no share of its height above it, it
-is poured into the pose across that saddle. There is neither a tree nor a union-find.
+From each stable face the lowest ways are flooded until a face that comes before it is
+met: the highest saddle on the way is where the face ends. If that is no share of its
+height above it, it is poured into the pose across that saddle. There is neither a tree
+nor a union-find.
 
-Rounding orders nothing here: values closer than `tie` are equal, all others must be farther apart
-than `distinct`, and levels and heights are compared by their ranks.
+Rounding orders nothing here: values closer than `tie` are equal, all others must be
+farther apart than `distinct`, and levels and heights are compared by their ranks.
 """
 
 import heapq
@@ -46,7 +48,8 @@ class StableFaces:
 def stable_faces(vertices, center_of_mass, downs, tie=1e-10, distinct=1e-8, flat=1e-9):
     """Stable faces of a convex hull, numbered as `downs` (S, 3), their normals, are.
 
-    One too many or too few is an error. Triangles as close as `flat` to one plane are one face.
+    One too many or too few is an error. Triangles as close as `flat` to one plane are
+    one face.
     """
     points = np.asarray(vertices, dtype=float) - center_of_mass
     points /= np.sqrt((points * points).sum(axis=1)).max()
@@ -89,7 +92,9 @@ def stable_faces(vertices, center_of_mass, downs, tie=1e-10, distinct=1e-8, flat
 
 
 def _faces(points, flat):
-    """Normals, distances and areas of faces; pieces of edges: two ends, left and right face."""
+    """Normals, distances and areas of faces; pieces of edges: two ends, left and right
+    face.
+    """
     hull = ConvexHull(points)
     triangles = hull.simplices.copy()
     corners = points[triangles]
@@ -132,7 +137,9 @@ def _faces(points, flat):
 
 
 def _sides(points, normals, distances, edges):
-    """How far the feet on both faces lie inside of each edge, and its distance from the centre."""
+    """How far the feet on both faces lie inside of each edge, and its distance from the
+    centre.
+    """
     first = points[edges[:, 0]]
     along = points[edges[:, 1]] - points[edges[:, 0]]
     length = np.sqrt((along * along).sum(axis=1))
@@ -150,7 +157,9 @@ def _sides(points, normals, distances, edges):
 
 
 def _descents(edges, rank, inset, distances, number_of):
-    """Stable face that the way down from each face leads to: over its lowest edge, and so on."""
+    """Stable face that the way down from each face leads to: over its lowest edge, and
+    so on.
+    """
     down = {}
     for (_, _, first, neighbour), level, (foot, neighbour_foot) in zip(
         edges.tolist(), rank.tolist(), inset.tolist(), strict=True
@@ -173,7 +182,9 @@ def _descents(edges, rank, inset, distances, number_of):
 
 
 def persistent_poses(faces, tolerance):
-    """Poses as sets of stable faces -> level (radii) of the lowest saddle out of each."""
+    """Poses as sets of stable faces -> level (radii) of the lowest saddle out of
+    each.
+    """
     onward = {}
     for face, height in enumerate(faces.heights):
         level, across = _end(faces, face)
@@ -206,7 +217,9 @@ def persistent_poses(faces, tolerance):
 
 
 def _end(faces, start):
-    """Level at which a flood from a face meets one before it, and the face across that saddle."""
+    """Level at which a flood from a face meets one before it, and the face across that
+    saddle.
+    """
     flooded = set()
     highest = -1
     level = -np.inf
@@ -227,7 +240,8 @@ def _end(faces, start):
 
 
 def _across(faces, start, rank):
-    """The first of all faces across the saddles of this rank that end the region of a face.
+    """The first of all faces across the saddles of this rank that end the region of a
+    face.
 
     Regions beyond them that begin no lower are its own: they end here as well.
     """

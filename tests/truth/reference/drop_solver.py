@@ -1,11 +1,12 @@
-"""A polyhedron dropped on a frictionless plate, by scipy's DOP853 and a search for events.
+"""A polyhedron dropped on a frictionless plate, by scipy's DOP853 and a search for
+events.
 
 Lengths in units of the body's radius, mass and gravity one. The state is one vector:
-height and vertical velocity of the centre of mass, the rotation matrix (body to world, nine
-numbers), the angular velocity in body axes, and the height of every vertex above the plate.
-The last follow from the others, but are integrated too: a bounce far below the rounding
-of the height of the centre of mass keeps its digits. Equations: sections 3.B-D and
-appendices A and B of the paper.
+height and vertical velocity of the centre of mass, the rotation matrix (body to world,
+nine numbers), the angular velocity in body axes, and the height of every vertex above
+the plate. The last follow from the others, but are integrated too: a bounce far below
+the rounding of the height of the centre of mass keeps its digits. Equations: sections
+3.B-D and appendices A and B of the paper.
 """
 
 from dataclasses import dataclass
@@ -89,7 +90,9 @@ class Body:
         )
 
     def response(self, state, vertices):
-        """What unit vertical forces at `which` (k,) do to their accelerations, (k, k)."""
+        """What unit vertical forces at `which` (k,) do to their accelerations, (k,
+        k).
+        """
         arms = self.across[vertices] @ state[UP]
         return 1.0 + arms @ self.inverse @ arms.T
 
@@ -119,14 +122,18 @@ class Body:
         )
 
     def watch(self, contacts, state):
-        """Force of each contact, height of each other vertex, (V,): an event below zero."""
+        """Force of each contact, height of each other vertex, (V,): an event below
+        zero.
+        """
         watched = state[GAPS].copy()
         if contacts:
             watched[contacts] = self.forces(state, contacts)
         return watched
 
     def halt(self, state, vertices):
-        """Impulses, of either sign, that take all velocity from `which` (k,), in place."""
+        """Impulses, of either sign, that take all velocity from `which` (k,), in
+        place.
+        """
         needed = -self.velocities(state)[vertices]
         self.push(
             state, vertices, np.linalg.lstsq(self.response(state, vertices), needed)[0]
@@ -137,7 +144,9 @@ class Body:
         return 0.5 * (state[V] ** 2 + state[W] @ self.inertia @ state[W])
 
     def supports(self, state, resting):
-        """Those of the touching, still vertices that press on; None when a face rests."""
+        """Those of the touching, still vertices that press on; None when a face
+        rests.
+        """
         free = self.free_fall(state)
         for contacts in (list(c) for k in range(3) for c in combinations(resting, k)):
             forces = self.forces(state, contacts) if contacts else np.zeros(0)
@@ -153,8 +162,8 @@ class Body:
 def first_below_zero(watch, times, values):
     """Earliest time at which an entry of watch(t), (V,), turns negative, and its index.
 
-    `values` are those at the times. A dip between two samples counts: the minimum is looked for
-    wherever three of them leave room for one below zero.
+    `values` are those at the times. A dip between two samples counts: the minimum is
+    looked for wherever three of them leave room for one below zero.
     """
     roots = []
     for j, line in enumerate(values.T):
@@ -206,7 +215,9 @@ def sample_times(steps):
 
 
 def next_event(body, state, contacts):
-    """Duration until a vertex comes down or a force ends, the state there, the vertex."""
+    """Duration until a vertex comes down or a force ends, the state there, the
+    vertex.
+    """
     rates = partial(body.rates, contacts)
     passed = 0.0
     while passed < LONGEST:
@@ -296,7 +307,9 @@ def strike(body, state, contacts, vertex, restitution):
 
 
 def released(body, down, height):
-    """State at rest with `down` (3,), body axes, pointing down; on the plate if too low."""
+    """State at rest with `down` (3,), body axes, pointing down; on the plate if too
+    low.
+    """
     up = -np.asarray(down, dtype=float) / np.linalg.norm(down)
     axis = np.linalg.svd(up[None])[2][1]
     height = max(height, np.max(-body.points @ up))
@@ -309,8 +322,9 @@ def released(body, down, height):
 def reference_drop(points, inertia, down, restitution, height, events=5):
     """First events of a drop from rest; fewer when the body comes to rest.
 
-    Vertices (V, 3) about the centre of mass, the inertia (3, 3) there for mass one and `down` (3,)
-    in body axes; where the body would not fit under the height it starts on the plate.
+    Vertices (V, 3) about the centre of mass, the inertia (3, 3) there for mass one and
+    `down` (3,) in body axes; where the body would not fit under the height it starts on
+    the plate.
     """
     body = Body(points, inertia)
     state = released(body, down, height)
@@ -319,7 +333,8 @@ def reference_drop(points, inertia, down, restitution, height, events=5):
 
 
 def reference_flip(points, inertia, down, point, kick, restitution, events=5):
-    """First events of a resting body after the plate hits it, and the impacts that go with that.
+    """First events of a resting body after the plate hits it, and the impacts that go
+    with that.
 
     `at` (3,) is the place, in body axes, `kick` the energy over the weight.
     """

@@ -1,14 +1,17 @@
-"""EAE and MEAE by flooding a fine grid on the sphere of poses, written from the paper alone.
+"""EAE and MEAE by flooding a fine grid on the sphere of poses, written from the paper
+alone.
 
-r(u) and R(u) are evaluated at some 100 000 nearly evenly spread directions from
-the hull's planes and vertices (section 2.C). The grid is flooded from low to high with a
-union-find; where two components meet that both hold a stable face, the reachable set splits
-(section 4.D), and the areas of both at that level give the transition probabilities (Eq. 8).
-Nothing is known here of edges, faces, saddles, cap formulas or toppling.
+r(u) and R(u) are evaluated at some 100 000 nearly evenly spread directions from the
+hull's planes and vertices (section 2.C). The grid is flooded from low to high with a
+union-find; where two components meet that both hold a stable face, the reachable set
+splits (section 4.D), and the areas of both at that level give the transition
+probabilities (Eq. 8). Nothing is known here of edges, faces, saddles, cap formulas or
+toppling.
 
-Both functions have creases, where another plane or another vertex comes to rule. A grid that
-straddles a crease is wrong by its spacing; therefore each grid edge whose ends obey different
-planes or vertices gets a node where the two are equal. What is left is of second order.
+Both functions have creases, where another plane or another vertex comes to rule. A grid
+that straddles a crease is wrong by its spacing; therefore each grid edge whose ends
+obey different planes or vertices gets a node where the two are equal. What is left is
+of second order.
 """
 
 from dataclasses import dataclass
@@ -34,7 +37,9 @@ class Split:
 
 @dataclass(frozen=True)
 class Flood:
-    """Stable directions (S, 3), the splits from the top down, and the probabilities (S,)."""
+    """Stable directions (S, 3), the splits from the top down, and the probabilities
+    (S,).
+    """
 
     stable: np.ndarray
     splits: tuple[Split, ...]
@@ -79,11 +84,15 @@ class Shape:
         return (directions @ self.vertices.T).max(axis=-1)
 
     def stable(self):
-        """Normals (S, 3) of the faces whose own plane the foot of the centre of mass lies on."""
+        """Normals (S, 3) of the faces whose own plane the foot of the centre of mass
+        lies on.
+        """
         return self.normals[self.r(self.normals) >= self.distances * (1.0 - 1e-9)]
 
     def clearance(self):
-        """Smallest angle between a stable face's foot and a boundary of the face, radians."""
+        """Smallest angle between a stable face's foot and a boundary of the face,
+        radians.
+        """
         rows = self.rows("r")
         angle = np.inf
         for normal in self.stable():
@@ -188,7 +197,9 @@ def flood(shape, function):
 
 
 def _catchments(height, triangles):
-    """Local minimum that each node runs down to, all minima, and the passes between them."""
+    """Local minimum that each node runs down to, all minima, and the passes between
+    them.
+    """
     edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     edges = edges[np.flatnonzero(np.diff(edges @ [len(height), 1], prepend=-1))]
     order = np.argsort(height, kind="stable")
@@ -216,7 +227,9 @@ def _catchments(height, triangles):
 
 
 def _joined(minima, passes, leaf_of):
-    """Union-find over the minima: leaf that each belongs to, and the merges of leaves."""
+    """Union-find over the minima: leaf that each belongs to, and the merges of
+    leaves.
+    """
     link = {m: m for m in minima}
     members = {m: {m} for m in minima}
     leaves = {

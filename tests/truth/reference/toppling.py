@@ -1,8 +1,8 @@
 """Stability and quasi-static toppling from a list of hull points, in plain loops.
 
-Faces are polygons; an unstable one topples over the edge that the segment from its centroid
-to the foot of the centre of mass leaves through (section 4.B). Written for clarity, without
-regard to ties: the bodies compared with it have none.
+Faces are polygons; an unstable one topples over the edge that the segment from its
+centroid to the foot of the centre of mass leaves through (section 4.B). Written for
+clarity, without regard to ties: the bodies compared with it have none.
 """
 
 from itertools import pairwise
@@ -12,13 +12,17 @@ from scipy.spatial import ConvexHull, cKDTree
 
 
 def distinct(rows, within=1e-7):
-    """Indices of rows that no earlier one is as close to: a hull repeats a plane by triangles."""
+    """Indices of rows that no earlier one is as close to: a hull repeats a plane by
+    triangles.
+    """
     neighbours = cKDTree(rows).query_ball_point(rows, within)
     return [row for row, others in enumerate(neighbours) if min(others) == row]
 
 
 def solid_angle(a, b, c):
-    """Of a triangle seen from the origin (Van Oosterom and Strackee), in extended precision."""
+    """Of a triangle seen from the origin (Van Oosterom and Strackee), in extended
+    precision.
+    """
     a, b, c = (np.asarray(x, dtype=np.longdouble) for x in (a, b, c))
     a, b, c = (x / np.sqrt((x * x).sum()) for x in (a, b, c))
     triple = abs(np.dot(a, np.cross(b, c)))

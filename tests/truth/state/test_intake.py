@@ -349,7 +349,9 @@ def test_a_refinement_that_gave_way_begins_again_though_the_client_cancels():
 )  # of a library that reads messages
 @pytest.mark.parametrize("lost", range(1, 5))
 def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
-    """A goal's only answer, its result, says what that lost, but for the start of the run."""
+    """A goal's only answer, its result, says what that lost, but for the start of the
+    run.
+    """
     state = states.State(tmp_path / "one.sqlite3")
     had = []
 

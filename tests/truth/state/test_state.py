@@ -80,7 +80,9 @@ STEPS = st.lists(st.tuples(CHANGES, st.booleans()), min_size=1, max_size=8)
 def test_what_a_kill_or_a_power_cut_leaves_is_what_had_come_up_to_a_moment(
     tmp_path, steps, cut
 ):
-    """All that was committed where the process was killed; changes of one call stay together."""
+    """All that was committed where the process was killed; changes of one call stay
+    together.
+    """
     shutil.rmtree(tmp_path / "node", ignore_errors=True)
     state = State(tmp_path / "node" / "one.sqlite3")
     moments = [{}]

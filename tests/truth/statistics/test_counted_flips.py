@@ -1,4 +1,6 @@
-"""Counted flips beside the model's: closed forms, redrawn rows, poses that look alike."""
+"""Counted flips beside the model's: closed forms, redrawn rows, poses that look
+alike.
+"""
 
 import math
 
@@ -33,7 +35,9 @@ def drawn(rows, flips, seed):
 
 
 def test_a_row_is_the_mean_of_a_dirichlet(kicks):
-    """(s t + c) / (s + n), with t the model's row out of n + 1/2 flips, the half spread evenly."""
+    """(s t + c) / (s + n), with t the model's row out of n + 1/2 flips, the half spread
+    evenly.
+    """
     counts = drawn(kicks[1].transition, 40, 1)
     poses = len(kicks[1].poses)
     learnt = learn_flips(kicks[1:2], counts, "slow")
@@ -55,9 +59,11 @@ def test_the_kick_is_the_one_that_was_counted(kicks):
 
 
 def test_it_is_nearer_than_model_and_counts_where_the_cell_is_off(kicks):
-    """Rows that scatter about the model's as a Dirichlet of 40 flips, of which 40 are counted.
+    """Rows that scatter about the model's as a Dirichlet of 40 flips, of which 40 are
+    counted.
 
-    The posterior's expected square error is half of either alone, less what its strength costs.
+    The posterior's expected square error is half of either alone, less what its
+    strength costs.
     """
     random = np.random.default_rng(4)
     errors = []
@@ -78,7 +84,9 @@ def test_it_is_nearer_than_model_and_counts_where_the_cell_is_off(kicks):
 
 
 def test_poses_that_look_alike_share_their_counts():
-    """A camera names either of a box's two equal faces; groups are known by all flips of both."""
+    """A camera names either of a box's two equal faces; groups are known by all flips
+    of both.
+    """
     flips = simulate_flips(
         part_from_mesh(*shapes.box(1.0, 2.0, 3.0)), 0.9, 2000, seed=3
     )

@@ -1,4 +1,6 @@
-"""Tests of counts: chi-square and paired differences, against scipy, by hand, and on draws."""
+"""Tests of counts: chi-square and paired differences, against scipy, by hand, and on
+draws.
+"""
 
 import math
 
@@ -43,7 +45,8 @@ class TestGoodnessOfFit:
         )
 
     def test_rare_bins_are_pooled_by_hand(self):
-        # Expected 94, 3, 2, 1: the last three make one bin of 6; likewise one that is expected 0.
+        # Expected 94, 3, 2, 1: the last three make one bin of 6; likewise one that is
+        # expected 0.
         chi_square = goodness_of_fit([90, 4, 4, 2], [0.94, 0.03, 0.02, 0.01])
         assert chi_square.statistic == pytest.approx(16 / 94 + 16 / 6)
         assert (chi_square.degrees_of_freedom, chi_square.bins, chi_square.pooled) == (
@@ -68,8 +71,8 @@ class TestGoodnessOfFit:
     def test_p_is_uniform_where_the_prediction_holds_and_small_where_it_does_not(self):
         """Of 2000 trials the share below a level has the error sqrt(a (1 - a) / 2000).
 
-        Four of them, and 0.01 for counts being whole numbers. Five points from one pose to
-        another: of 1000 parts 91 % of trials have p < 0.05.
+        Four of them, and 0.01 for counts being whole numbers. Five points from one pose
+        to another: of 1000 parts 91 % of trials have p < 0.05.
         """
         p = np.array([0.4, 0.3, 0.2, 0.07, 0.02, 0.006, 0.004])
         draws = np.random.default_rng(3).multinomial(400, p, size=2000)
@@ -83,10 +86,11 @@ class TestGoodnessOfFit:
 
     @pytest.mark.parametrize("unit", [(0, 1, 2, 3, 4, 5), (0, 1, 1, 2, 2, 2)])
     def test_a_prediction_with_an_error_of_its_own(self, unit):
-        """Truths as far from it as it says, poses of a unit alike, and very many drops of each.
+        """Truths as far from it as it says, poses of a unit alike, and very many drops
+        of each.
 
-        A share of 2000 near 1/2 has the standard error 0.011, one of 0.05 0.005; four of each are
-        allowed. Taken as exact, the prediction is refused in 99 %.
+        A share of 2000 near 1/2 has the standard error 0.011, one of 0.05 0.005; four
+        of each are allowed. Taken as exact, the prediction is refused in 99 %.
         """
         rng = np.random.default_rng(3)
         unit = np.array(unit)
@@ -159,7 +163,9 @@ class TestPairs:
         ("trials", "kinds"), [(60, (0.2, 0.1, 0.15)), (400, (0.3, 0.01, 0.02))]
     )
     def test_intervals_hold_nine_in_ten(self, trials, kinds):
-        """But for four standard errors; of few discordant pairs they are a little wide."""
+        """But for four standard errors; of few discordant pairs they are a little
+        wide.
+        """
         truth = kinds[2] - kinds[1]
         runs = 1000
         differences = [
@@ -171,7 +177,9 @@ class TestPairs:
         assert 0.9 - 4.0 * math.sqrt(0.09 / runs) <= coverage <= 0.98
 
     def test_many_tests_together(self):
-        """Holm's steps: 4 x 0.005, 3 x 0.01, 2 x 0.03, then no smaller than the one before."""
+        """Holm's steps: 4 x 0.005, 3 x 0.01, 2 x 0.03, then no smaller than the one
+        before.
+        """
         assert adjust_together([0.01, 0.04, 0.03, 0.005]) == pytest.approx(
             [0.03, 0.06, 0.06, 0.02]
         )

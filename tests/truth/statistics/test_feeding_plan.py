@@ -1,4 +1,6 @@
-"""The fill of a plate and the plan of a cell: closed forms, thrown outlines, all policies."""
+"""The fill of a plate and the plan of a cell: closed forms, thrown outlines, all
+policies.
+"""
 
 import itertools
 from dataclasses import replace
@@ -35,7 +37,9 @@ def flips(part):
 
 
 def test_on_a_wide_plate_the_closed_form():
-    """n (1 - m / S)^(n - 1), m of two squares of side a and clearance c; edges take m / side."""
+    """n (1 - m / S)^(n - 1), m of two squares of side a and clearance c; edges take m /
+    side.
+    """
     side = 1.0
     clearance = 0.1
     plate = 2000.0
@@ -60,7 +64,9 @@ def test_on_a_wide_plate_the_closed_form():
 
 
 def test_thrown_discs_at_the_edges(dropped):
-    """Discs block where centres are within two radii: 40 000 throws, three standard errors."""
+    """Discs block where centres are within two radii: 40 000 throws, three standard
+    errors.
+    """
     radius = 0.03
     plate = np.array(ROOM)
     parts = 12
@@ -120,7 +126,9 @@ def test_what_is_convex_lets_nothing_in_however_thin():
 
 
 def simulated_rate(plan, shares, moves, free, cycles, seed):
-    """Parts picked a minute over whole cycles, part by part; blocked at random as told."""
+    """Parts picked a minute over whole cycles, part by part; blocked at random as
+    told.
+    """
     random = np.random.default_rng(seed)
     parts = plan.parts
     picked = 0
@@ -171,7 +179,8 @@ def test_the_rate_is_that_of_parts_followed_one_by_one(dropped, flips):
             60,
             1,
         )
-        # Blocks are told for dropped parts here, for those on the plate there: some 2 %.
+        # Blocks are told for dropped parts here, for those on the plate there: some 2
+        # %.
         assert option.per_minute.value == pytest.approx(rate, rel=0.05)
         assert option.per_minute.low < option.per_minute.value < option.per_minute.high
     assert plan.best.per_minute.value == max(
@@ -222,7 +231,9 @@ def test_nothing_is_uncertain_of_poses_that_symmetry_makes_one_and_something_of_
 
 
 def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
-    """Shares and rows drawn again as often as their errors say: the scatter of the rate."""
+    """Shares and rows drawn again as often as their errors say: the scatter of the
+    rate.
+    """
     lone = replace(dropped, plate_error=0.03)
     kick = flips[2]
     moves = kick.transition
@@ -258,7 +269,8 @@ def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
             plate(redrawn).plan(replace(kick, transition=rows), 4).per_minute.value
         )
     width = np.diff(np.quantile(rates, [0.05, 0.95]))[0]
-    # The quantiles of 200 draws are known to some 10 %, and the first order errs by as much.
+    # The quantiles of 200 draws are known to some 10 %, and the first order errs by as
+    # much.
     assert planned.per_minute.high - planned.per_minute.low == pytest.approx(
         width, rel=0.3
     )

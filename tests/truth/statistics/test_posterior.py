@@ -1,4 +1,6 @@
-"""Estimate and counts together: laws that hold for all of them, closed forms, calibration."""
+"""Estimate and counts together: laws that hold for all of them, closed forms,
+calibration.
+"""
 
 import math
 from itertools import product
@@ -136,7 +138,9 @@ class TestLimits:
     st.floats(1.01, 500.0), st.floats(1.01, 500.0), st.sampled_from((0.5, 0.9, 0.99))
 )
 def test_the_shortest_interval_of_a_beta_distribution(a, b, level):
-    """Against scipy's: it holds its share, and none between other quantiles is shorter."""
+    """Against scipy's: it holds its share, and none between other quantiles is
+    shorter.
+    """
     shortest = beta(a, b)
     (low,), (high,) = shortest_interval(
         np.ones((1, 1)),
@@ -155,7 +159,9 @@ def test_the_shortest_interval_of_a_beta_distribution(a, b, level):
 @pytest.mark.parametrize("probability", [(0.5, 0.5), (0.98, 0.01, 0.01), (1 / 6,) * 6])
 @pytest.mark.parametrize("level", [0.5, 0.9])
 def test_the_bound_of_all_errors_of_counted_shares(probability, level):
-    """Shares of whole drops are coarse; 40 000 runs are known to a quarter of a point."""
+    """Shares of whole drops are coarse; 40 000 runs are known to a quarter of a
+    point.
+    """
     p = np.array(probability)
     drops = 3000
     bound = largest_error(np.sqrt(p * (1.0 - p) / drops), level)
@@ -168,7 +174,9 @@ def test_the_bound_of_all_errors_of_counted_shares(probability, level):
 
 
 def drawn_parts(number, seed=4):
-    """Priors, and truths as far from their estimates as their errors say (Dirichlet)."""
+    """Priors, and truths as far from their estimates as their errors say
+    (Dirichlet).
+    """
     random = np.random.default_rng(seed)
     for _ in range(number):
         poses = int(random.integers(2, 15))
@@ -184,10 +192,11 @@ def drawn_parts(number, seed=4):
 
 @pytest.mark.parametrize("drops", [10, 300, 10_000])
 def test_intervals_hold_and_false_alarms_are_rare(drops):
-    """Nine in ten, but for four standard errors of 250 parts and two points of the form.
+    """Nine in ten, but for four standard errors of 250 parts and two points of the
+    form.
 
-    Two thousandths of 250 parts that are as they should be are refuted: 0.5; three standard
-    errors more are 2.6.
+    Two thousandths of 250 parts that are as they should be are refuted: 0.5; three
+    standard errors more are 2.6.
     """
     alarms = 0
     hits = []
@@ -201,7 +210,9 @@ def test_intervals_hold_and_false_alarms_are_rare(drops):
 
 
 def test_only_an_estimate_off_by_far_more_than_it_says_is_refuted():
-    """Off by twenty points in the first pose and by ten in two others; a drop refutes nothing."""
+    """Off by twenty points in the first pose and by ten in two others; a drop refutes
+    nothing.
+    """
     estimate = (0.4, 0.3, 0.15, 0.1, 0.05)
     offsets = (0.2, -0.1, -0.1, 0.0, 0.0)
     counts = (1000 * np.add(estimate, offsets)).round()
@@ -226,7 +237,8 @@ def test_only_an_estimate_off_by_far_more_than_it_says_is_refuted():
 
 
 def test_an_estimate_far_off_costs_next_to_nothing():
-    """Exact errors for two poses: a sum over all counts, weighed by their probabilities.
+    """Exact errors for two poses: a sum over all counts, weighed by their
+    probabilities.
 
     A strange kind starts at a single pseudo-drop; a tenth of the drops would cost 1.1.
     """
@@ -244,7 +256,9 @@ def test_an_estimate_far_off_costs_next_to_nothing():
 
 
 def test_what_a_plate_errs_by_is_learnt_from_other_parts():
-    """Counts as the estimate has them say little error, turned round they say much; none, none."""
+    """Counts as the estimate has them say little error, turned round they say much;
+    none, none.
+    """
     model = estimated(part_from_mesh(*shapes.box(0.02, 0.03, 0.012)), "split")
     stated = [
         round(1000 * p)

@@ -1,4 +1,5 @@
-"""What counted drops promise: intervals, bounds and targets, over many runs of known truth.
+"""What counted drops promise: intervals, bounds and targets, over many runs of known
+truth.
 
 Of a regular solid every share is known; of another part a long run tells it to 0.003.
 """
@@ -81,7 +82,9 @@ def test_errors_and_the_bound_of_every_pose(hundreds, truth):
     ids=["cube", "tetrahedron", "bar"],
 )
 def test_a_target_is_kept_in_nine_of_ten_runs(surface, true, target):
-    """Though the counts choose when to stop; three standard errors of 150 runs are 0.07."""
+    """Though the counts choose when to stop; three standard errors of 150 runs are
+    0.07.
+    """
     solid = part_from_mesh(*surface)
     runs = 150
     hits = []
@@ -96,8 +99,8 @@ def test_a_target_is_kept_in_nine_of_ten_runs(surface, true, target):
 def test_stopping_at_a_target_hardly_biases(part, truth):
     """The mean over runs that stop at one of two checkpoints is right within 0.002.
 
-    And 4.5 of its standard errors. A look at the error favours prefixes that happen to look
-    even; few looks, far apart, keep that small.
+    And 4.5 of its standard errors. A look at the error favours prefixes that happen to
+    look even; few looks, far apart, keep that small.
     """
     runs = 150
     estimates_of_runs = [

@@ -1,4 +1,6 @@
-"""Values that are equal but for rounding are tied wherever they stand, at any decimal."""
+"""Values that are equal but for rounding are tied wherever they stand, at any
+decimal.
+"""
 
 import numpy as np
 from hypothesis import given, strategies as st
@@ -14,7 +16,9 @@ TOLERANCE = 1e-10
     st.randoms(use_true_random=False),
 )
 def test_noise_below_the_tolerance_changes_no_number(levels, start, random):
-    """Levels ten tolerances apart, also about a half of any decimal, shaken by a rounding."""
+    """Levels ten tolerances apart, also about a half of any decimal, shaken by a
+    rounding.
+    """
     plain = [start + 10.0 * TOLERANCE * level for level in levels]
     shaken = [value + random.uniform(-2e-16, 2e-16) for value in plain]
     assert number_equal(shaken, TOLERANCE) == number_equal(plain, TOLERANCE)

@@ -1,4 +1,6 @@
-"""What the node has recorded, finished or not, as the mcap tools and `rosbags` read it."""
+"""What the node has recorded, finished or not, as the mcap tools and `rosbags` read
+it.
+"""
 
 import struct
 from contextlib import suppress
@@ -29,7 +31,9 @@ def on_topic(name):
 
 
 def bags_of(log_directory):
-    """All bags of a folder, oldest first; a kill may leave a run without a file, which is none."""
+    """All bags of a folder, oldest first; a kill may leave a run without a file, which
+    is none.
+    """
     return sorted(filter(files_of, log_directory.glob("pose_stats_*")))
 
 
@@ -61,7 +65,9 @@ def message_of(topic, data):
 
 @lru_cache(maxsize=100_000)
 def values_of(topic, data):
-    """The same as text; the bytes between the values of a serialised message are arbitrary."""
+    """The same as text; the bytes between the values of a serialised message are
+    arbitrary.
+    """
     return str(message_of(topic, data))
 
 
@@ -137,7 +143,9 @@ def by_mcap_ros2(bag):
 
 
 def assert_readable_by_others(bag):
-    """Both tools read every message that the file holds, with the values that ROS reads."""
+    """Both tools read every message that the file holds, with the values that ROS
+    reads.
+    """
     expected = raw(bag)
     for read in (by_rosbags, by_mcap_ros2):
         messages = read(bag)

@@ -108,7 +108,9 @@ class Health:
         return line, {pair.key: pair.value for pair in line.values}
 
     def eventually(self, name, condition=lambda line, values: True):
-        """A line that fulfils a condition, be it the last one or one to come, and its values."""
+        """A line that fulfils a condition, be it the last one or one to come, and its
+        values.
+        """
 
         def there():
             reading = self.latest(name) if name in self._lines else None

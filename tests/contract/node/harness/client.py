@@ -58,7 +58,9 @@ def wait_for(future, thing="an answer"):
 
 
 def ask_until_answered(client, request):
-    """The answer of a service whose first ones are lost where it has not found the client yet."""
+    """The answer of a service whose first ones are lost where it has not found the
+    client yet.
+    """
 
     def ask():
         future = client.call_async(request)
@@ -74,7 +76,8 @@ def ask_until_answered(client, request):
 def context_of(domain, participant):
     """A participant in a domain that clients of this process share until it ends.
 
-    Where one ends, Fast DDS 2.14 writes through broken pointers now and then, or spins for ever.
+    Where one ends, Fast DDS 2.14 writes through broken pointers now and then, or spins
+    for ever.
     """
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=domain)
@@ -82,7 +85,9 @@ def context_of(domain, participant):
 
 
 class Client:
-    """A ROS node of its own with its executor in a thread; `prefix` is of the node's names."""
+    """A ROS node of its own with its executor in a thread; `prefix` is of the node's
+    names.
+    """
 
     def __init__(self, domain, prefix="/pose_stats", participant=0):
         self.prefix = prefix
@@ -105,13 +110,16 @@ class Client:
                 continue
 
     def stop_spinning(self):
-        """End the executor's thread, so that nothing that is destroyed is in its hands."""
+        """End the executor's thread, so that nothing that is destroyed is in its
+        hands.
+        """
         self._open = False
         self.executor.wake()
         self._thread.join()
 
     def close(self):
-        self.stop_spinning()  # first of all: spinning in a context that ends meanwhile fails
+        # first of all: spinning in a context that ends meanwhile fails
+        self.stop_spinning()
         self.executor.shutdown()
         self.node.destroy_node()
 
@@ -126,7 +134,8 @@ class Client:
         return wait_for(self.executor.create_task(work), "the executor")
 
     def service(self, name):
-        """The client of a service, as soon as that answers; it may ask many things at once.
+        """The client of a service, as soon as that answers; it may ask many things at
+        once.
 
         By itself rclpy loses all answers but ten.
         """
@@ -210,7 +219,9 @@ class Joiner:
             return [message for message in self._all if message.part_id == part_id]
 
     def parts(self):
-        """Parts with a result; for a moment, the farewell of one just forgotten is latched."""
+        """Parts with a result; for a moment, the farewell of one just forgotten is
+        latched.
+        """
         with self._lock:
             newest = {message.part_id: message for message in self._all}
         return {

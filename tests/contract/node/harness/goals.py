@@ -46,8 +46,8 @@ class Goals:
 class Goal:
     """One goal, its feedback and its result.
 
-    rclpy's action client drops an answer that comes before it has noted the question, so all
-    questions are asked in the executor's thread.
+    rclpy's action client drops an answer that comes before it has noted the question,
+    so all questions are asked in the executor's thread.
     """
 
     def __init__(self, client, actions, request):

@@ -53,7 +53,9 @@ class Running:
 
 
 class NodeProcess:
-    """A node in its `folder`, with parameters by `values`, and what it says on standard error."""
+    """A node in its `folder`, with parameters by `values`, and what it says on standard
+    error.
+    """
 
     def __init__(
         self,

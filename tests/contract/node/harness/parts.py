@@ -36,7 +36,9 @@ def scaled(factor):
 
 
 def fine_box(triangles, length=0.04):
-    """A box of 4 : 3 : 2 whose faces are grids of about so many triangles, with eight corners."""
+    """A box of 4 : 3 : 2 whose faces are grids of about so many triangles, with eight
+    corners.
+    """
     cells = max(1, round((triangles / 12) ** 0.5))
     u, v = (grid.ravel() for grid in np.mgrid[: cells + 1, : cells + 1])
     corner = np.flatnonzero((u < cells) & (v < cells))

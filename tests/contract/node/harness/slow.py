@@ -53,7 +53,9 @@ def _ticks(pid):
 
 
 def builder_at_work(pid):
-    """The child of a node that builds, once it does: one may rest after earlier work."""
+    """The child of a node that builds, once it does: one may rest after earlier
+    work.
+    """
     at_first = {}
 
     def found():

@@ -70,7 +70,9 @@ def unfinished(events_by_job):
 
 
 class Witness:
-    """Three threads of requests, until the node dies; the client is closed at the end."""
+    """Three threads of requests, until the node dies; the client is closed at the
+    end.
+    """
 
     def __init__(self, client, expectations, seed):
         self._client = client
@@ -104,8 +106,8 @@ class Witness:
         self._over.set()
         for thread in self._threads:
             thread.join()
-        # In this order: the executor would have the action in hand, and without its node it has
-        # crashed once.
+        # In this order: the executor would have the action in hand, and without its
+        # node it has crashed once.
         self._client.stop_spinning()
         self._actions.destroy()
         self._client.close()

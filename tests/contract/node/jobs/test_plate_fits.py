@@ -1,4 +1,6 @@
-"""`~/fit_plate`: counts in, a profile in the file of plates, results of that scene out."""
+"""`~/fit_plate`: counts in, a profile in the file of plates, results of that scene
+out.
+"""
 
 import numpy as np
 import yaml

@@ -1,4 +1,6 @@
-"""Drop simulations through `~/start_drop_simulation`: what is asked for is what is done."""
+"""Drop simulations through `~/start_drop_simulation`: what is asked for is what is
+done.
+"""
 
 import math
 

@@ -1,4 +1,6 @@
-"""However large or many the meshes are, others are served, and none is lost without a word."""
+"""However large or many the meshes are, others are served, and none is lost without a
+word.
+"""
 
 import threading
 
@@ -17,7 +19,9 @@ from ..harness.slow import builder_at_work, ellipsoid, kill, memory, slivers, st
 
 SLOW, SLOWISH, MEDIUM = map(ellipsoid, (120_000, 60_000, 12_000))
 MOST_GROWTH = 400 * 2**20
-"""Bytes of a hundred waiting meshes on either side of the middleware, and of what is kept."""
+"""Bytes of a hundred waiting meshes on either side of the middleware, and of what is
+kept.
+"""
 
 
 def sized(surface, number):
@@ -167,7 +171,9 @@ def test_parts_come_and_go_while_others_ask(busy, cell):
 
 @pytest.mark.long
 def test_a_thousand_meshes_as_fast_as_can_be(tuned, node):
-    """Each is taken or counted as overrun; memory stays bounded, and a request does not wait."""
+    """Each is taken or counted as overrun; memory stays bounded, and a request does not
+    wait.
+    """
     health = Health(tuned)
     publisher = MeshPublisher(tuned).matched()
     ball = np.random.default_rng(3).standard_normal((1200, 3))

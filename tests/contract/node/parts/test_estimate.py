@@ -1,4 +1,6 @@
-"""`~/estimate` and `~/get_statistics`: which part, in which scene, with which values."""
+"""`~/estimate` and `~/get_statistics`: which part, in which scene, with which
+values.
+"""
 
 import math
 

@@ -1,4 +1,6 @@
-"""Who listens hears of a part that the node does not know any more; who comes later does not."""
+"""Who listens hears of a part that the node does not know any more; who comes later
+does not.
+"""
 
 import math
 import re

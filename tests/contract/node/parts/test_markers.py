@@ -1,4 +1,6 @@
-"""~/markers: parts rest on the plate, side by side, and there are not too many triangles."""
+"""~/markers: parts rest on the plate, side by side, and there are not too many
+triangles.
+"""
 
 from itertools import pairwise
 

@@ -1,4 +1,6 @@
-"""Serialised messages of any machine, and bytes that are no message, on the topics of meshes."""
+"""Serialised messages of any machine, and bytes that are no message, on the topics of
+meshes.
+"""
 
 import random
 import struct

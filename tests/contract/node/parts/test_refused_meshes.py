@@ -1,4 +1,6 @@
-"""Meshes that are none: refused with a reason to all who may ask, and the next one served."""
+"""Meshes that are none: refused with a reason to all who may ask, and the next one
+served.
+"""
 
 from array import array
 
@@ -96,7 +98,9 @@ BAD = {
 
 
 def bad(kind):
-    """A message of a name of its own, where the name is not what is bad; and what is said."""
+    """A message of a name of its own, where the name is not what is bad; and what is
+    said.
+    """
     message, words = BAD[kind]
     if message.part_id == "" or message.part_id.startswith("part_"):
         message.part_id = new_id()

@@ -1,4 +1,6 @@
-"""A target error: an estimate at once, and drops behind it where it is not good enough."""
+"""A target error: an estimate at once, and drops behind it where it is not good
+enough.
+"""
 
 import pytest
 
@@ -110,7 +112,9 @@ class TestARequest:
         assert jobs_of(tuned, part_id) == []
 
     def test_beyond_the_node_s_drops_is_tried_once(self, tuned):
-        """Also where the drops end less sure than as few before them were: half of these do."""
+        """Also where the drops end less sure than as few before them were: half of
+        these do.
+        """
         part_id = known_part(tuned)
         scenes = range(30, 38)
         for hundredths in scenes:

@@ -1,4 +1,6 @@
-"""Every way in for a mesh: topics, publishers that were there before the node, the command."""
+"""Every way in for a mesh: topics, publishers that were there before the node, the
+command.
+"""
 
 import json
 import sys
@@ -36,7 +38,9 @@ def clamp(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def workshop(domain, tmp_path_factory, clamp):
-    """A node whose latched publishers were there before it; two in this process, one command."""
+    """A node whose latched publishers were there before it; two in this process, one
+    command.
+    """
     with (
         Client(domain, "/workshop/pose_stats") as early,
         Running(
@@ -71,7 +75,8 @@ def workshop(domain, tmp_path_factory, clamp):
             yield client, output
             status, complained = command.end()
             assert status == 0
-            # Whether it waited for longer than five seconds, and for what, is up to the machine.
+            # Whether it waited for longer than five seconds, and for what, is up to the
+            # machine.
             assert len(complained) <= 1
             assert all(
                 line.endswith("Publishing on until one answers, or Ctrl-C")
@@ -90,7 +95,9 @@ def test_latched_publishers_that_were_there_before(workshop, part_id, expected):
 
 
 def test_the_command_publishes_a_file_for_nodes_that_start_later(workshop, clamp):
-    """With a unit, a mass and a scene, under the file's name; ROS arguments go to ROS."""
+    """With a unit, a mass and a scene, under the file's name; ROS arguments go to
+    ROS.
+    """
     client, output = workshop
     latched_statistics = latched(client, "clamp 7")
     assert output.startswith("clamp 7: ") and f"{len(WEDGE[1])} triangles" in output
@@ -112,7 +119,9 @@ def test_standard_meshes_on_mesh_topics(workshop, topic, part_id, is_latched):
 
 
 def test_a_mesh_by_the_file_that_holds_it(cell, clamp):
-    """With its unit, in a topic and in a request; refused where there is no such file."""
+    """With its unit, in a topic and in a request; refused where there is no such
+    file.
+    """
     part_id = new_id()
     resource = clamp.as_uri()
     message = PartMesh(part_id=part_id, unit=0.001, mesh_resource=resource)
@@ -238,7 +247,9 @@ class TestTheCommand:
     def test_an_answer_about_another_scene_is_not_taken_for_its_own(
         self, cell, tmp_path
     ):
-        """Of a mesh so fine that the node builds it while the answer before is still latched."""
+        """Of a mesh so fine that the node builds it while the answer before is still
+        latched.
+        """
         fine = trimesh.creation.box((0.02, 0.03, 0.04)).subdivide_loop(6)
         part_id = new_id()
         path = write_stl(tmp_path / "fine.stl", (fine.vertices, fine.faces))

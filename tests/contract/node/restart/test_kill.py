@@ -30,13 +30,17 @@ class Killings:
         return [message for bag in bags_of(self.folder) for message in raw(bag)]
 
     def have_met_enough(self):
-        """Whether there was all that a kill may come upon, which it does where it happens to."""
+        """Whether there was all that a kill may come upon, which it does where it
+        happens to.
+        """
         return self.ended_by_start > 3 < len(self.told.ends) and any(
             topic == on_topic("drop_records") for topic, _ in self.recorded()
         )
 
     def live(self, answers):
-        """Start, look at what the last life left, work for a number of answers, and die."""
+        """Start, look at what the last life left, work for a number of answers, and
+        die.
+        """
         bags = bags_of(self.folder)
         cut_off = unfinished(events(self.recorded()))
         node = NodeProcess(

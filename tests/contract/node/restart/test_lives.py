@@ -1,4 +1,6 @@
-"""What a node that is started again has: parts, results, counts and jobs of its state file."""
+"""What a node that is started again has: parts, results, counts and jobs of its state
+file.
+"""
 
 import shutil
 from types import SimpleNamespace
@@ -77,7 +79,9 @@ def fed(client):
 
 
 def assert_restored(client, expected):
-    """All parts with their results, as soon as the node is ready, latched and asked for."""
+    """All parts with their results, as soon as the node is ready, latched and asked
+    for.
+    """
     with client.late_joiner() as joiner:
         restored = {part_id: joiner.wait(part_id) for part_id in expected}
         assert joiner.parts() == set(expected)
