@@ -77,7 +77,7 @@ class Tally:
         self._drift = ""
 
     def add(self, message: PoseCounts) -> int:
-        """Add a camera's counts of poses that the part has; how many parts those are."""
+        """Add a camera's counts of poses that the part has; how many parts that is."""
         counts = np.zeros_like(self.total)
         for index, count in zip(message.index, message.count, strict=True):
             counts[index] += count
