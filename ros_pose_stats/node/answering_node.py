@@ -12,7 +12,8 @@ from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
-from rclpy import callback_groups, exceptions, node as nodes, qos
+from rclpy import callback_groups, exceptions, qos
+from rclpy.node import Node
 
 from ..base.errors import PoseStatsError
 from .lanes import describe_error, result_or_refusal
@@ -78,7 +79,7 @@ def answer_request(
     return answer
 
 
-class AnsweringNode(nodes.Node):
+class AnsweringNode(Node):
     """A node whose services answer when they can, and say which clients cannot hear them."""
 
     def __init__(self, name: str, **options: Any) -> None:

@@ -225,7 +225,7 @@ class Cameras:
         if part is None or part.latched is None:
             raise RequestError(
                 "the part_id of a known part",
-                part_requests.shown(observed.part_id),
+                part_requests.quote_text(observed.part_id),
                 "publish its mesh on ~/part_mesh first",
             )
         if not len(observed.poses):
@@ -255,14 +255,16 @@ class Cameras:
             from_pose=observed.from_pose,
             feeder_speed=observed.feeder_speed,
         )
-        counts.header.stamp = times.time_message(observed.stamp or times.now())
+        counts.header.stamp = times.time_message(
+            observed.stamp or times.current_stamp()
+        )
         counts.header.frame_id = settings.plate_frame
         return counts
 
 
 def read_counts(data: bytes) -> PoseCounts:
     """What a camera counted; raises RequestError if it is too long."""
-    counts: PoseCounts = part_messages.deserialized(data, PoseCounts, MOST_BYTES)
+    counts: PoseCounts = part_messages.deserialize(data, PoseCounts, MOST_BYTES)
     return counts
 
 
@@ -281,10 +283,10 @@ def check_observed(observed: part_messages.ObservedArrays, plate_frame: str) -> 
             "confidences from 0 to 1", f"{wrong[0]:g}", "divide percentages by 100"
         )
     if observed.frame_id not in ("", plate_frame):
-        frame = part_requests.shown(plate_frame)
+        frame = part_requests.quote_text(plate_frame)
         raise RequestError(
             f"poses in the frame {frame} (parameter plate_frame)",
-            part_requests.shown(observed.frame_id),
+            part_requests.quote_text(observed.frame_id),
             "transform them to the plate, z up",
         )
 
@@ -293,13 +295,13 @@ def count_problem(counts: PoseCounts, part: KnownPart | None, plate: str) -> str
     """Why counts of a part cannot be compared with anything; empty where they can."""
     if len(counts.index) != len(counts.count):
         return f"it has {len(counts.index)} pose indices and {len(counts.count)} counts"
-    name = part_requests.shown(counts.part_id)
+    name = part_requests.quote_text(counts.part_id)
     if part is None or part.latched is None:
         return f"no part {name} is known"
     if counts.plate not in ("", plate):
         return (
-            f"it names the plate {part_requests.shown(counts.plate)}, and the node's "
-            f"is {part_requests.shown(plate)}; name that one, or none"
+            f"it names the plate {part_requests.quote_text(counts.plate)}, and the node's "
+            f"is {part_requests.quote_text(plate)}; name that one, or none"
         )
     if counts.part_digest and counts.part_digest != part.digest:
         return f"{name} has another part_digest by now"

@@ -7,8 +7,9 @@ from contextlib import contextmanager
 
 import numpy as np
 import rclpy
-from rclpy import exceptions, node as nodes, qos, signals
-from ros_pose_stats_msgs.msg import PartMesh, PoseStatistics as Message
+from rclpy import exceptions, qos, signals
+from rclpy.node import Node
+from ros_pose_stats_msgs import msg
 from ros_pose_stats_msgs.srv import GetStatistics
 
 from ..base.errors import RequestError
@@ -30,9 +31,7 @@ Tell = Callable[[str], object]
 
 
 @contextmanager
-def ros_node(
-    name: str, arguments: Sequence[str]
-) -> Iterator[tuple[nodes.Node, StopSignals]]:
+def ros_node(name: str, arguments: Sequence[str]) -> Iterator[tuple[Node, StopSignals]]:
     """A node of one's own, and whether SIGINT or SIGTERM has asked for the end."""
     stop = StopSignals()
     try:
@@ -66,14 +65,14 @@ def ros_node(
 
 
 def spin_until(
-    node: nodes.Node,
+    node: Node,
     stop: StopSignals,
     ready: Callable[[], bool],
     seconds: float = math.inf,
 ) -> bool:
     """Whether something is so before the seconds are over or the end is asked for."""
     end = time.monotonic() + seconds
-    while not (stop.asked or ready()) and time.monotonic() < end:
+    while not (stop.is_requested or ready()) and time.monotonic() < end:
         rclpy.spin_once(node, timeout_sec=GLANCE)
     return ready()
 
@@ -85,13 +84,13 @@ def read_part(
     part_id: str,
     mass: float | None,
     density: float | None,
-) -> tuple[Part, PartMesh]:
+) -> tuple[Part, msg.PartMesh]:
     """The part of a file, with all checks of the node, and its message."""
     part_requests.check_name(part_id)
     mesh = files.read_mesh(file, unit)
     properties = mass_properties.check_properties(center_of_mass, mass, None, density)
     part = parts.part_of_file(mesh, properties, part_id)
-    given = (
+    mass_fields = (
         (part.mass, part.center_of_mass)
         if any(value is not None for value in properties)
         else ()
@@ -102,16 +101,16 @@ def read_part(
             np.asarray(mesh.vertices, dtype=np.float64),
             np.asarray(mesh.triangles, dtype=np.uint32),
             mesh.unit,
-            *given,
+            *mass_fields,
         ),
         part_id,
-        times.now(),
+        times.current_stamp(),
     )
 
 
 def publish_part(
     part: Part,
-    message: PartMesh,
+    message: msg.PartMesh,
     restitution: float | None,
     drop_height: float | None,
     topic: str,
@@ -130,9 +129,9 @@ def publish_part(
         raise RequestError("seconds from 0 on", f"{seconds}", "leave them out to go on")
     message.restitution = -1.0 if restitution is None else restitution
     message.drop_height = -1.0 if drop_height is None else drop_height
-    newest: list[tuple[float, Message]] = []
+    newest: list[tuple[float, msg.PoseStatistics]] = []
 
-    def take(result: Message) -> None:
+    def take(result: msg.PoseStatistics) -> None:
         """Keep a result of this part in this scene."""
         if (
             (result.part_id, result.part_digest) == (part.part_id, part.digest)
@@ -147,35 +146,35 @@ def publish_part(
     def is_complete() -> bool:
         if not newest:
             return False
-        came, result = newest[-1]
+        arrival, result = newest[-1]
         stamp = result.header.stamp
-        sent = message.header.stamp
-        is_new = (stamp.sec, stamp.nanosec) >= (sent.sec, sent.nanosec)
-        return (is_new and result.drops > 0) or time.monotonic() - came > (
+        sent_stamp = message.header.stamp
+        is_new = (stamp.sec, stamp.nanosec) >= (sent_stamp.sec, sent_stamp.nanosec)
+        return (is_new and result.drops > 0) or time.monotonic() - arrival > (
             PATIENCE if part_builder.is_large(part) and not is_new else UNCHECKED
         )
 
     with ros_node("part_publisher", arguments) as (node, stop):
-        publisher = node.create_publisher(PartMesh, topic, LATCHED)
+        publisher = node.create_publisher(msg.PartMesh, topic, LATCHED)
         results = publisher.topic_name.rpartition("/")[0] + "/pose_statistics"
-        node.create_subscription(Message, results, take, LATCHED)
+        node.create_subscription(msg.PoseStatistics, results, take, LATCHED)
         publisher.publish(message)
         tell(f"{part_requests.part_line(part)} published on {topic}")
-        left = math.inf if seconds is None else seconds
-        spin_until(node, stop, is_complete, min(left, PATIENCE))
-        if not newest and not stop.asked:
-            heard = publisher.get_subscription_count()
+        patience = math.inf if seconds is None else seconds
+        spin_until(node, stop, is_complete, min(patience, PATIENCE))
+        if not newest and not stop.is_requested:
+            subscribers = publisher.get_subscription_count()
             problem = (
                 "a node has the part but no result yet; its log says why"
-                if heard
+                if subscribers
                 else f"no node answers on {results}; {START}"
             )
-            if left <= PATIENCE:
+            if patience <= PATIENCE:
                 raise RequestError(f"a result within {seconds:g} s", "none", problem)
             warn(f"{problem}. Publishing on until one answers, or Ctrl-C")
             if (
-                not spin_until(node, stop, is_complete, left - PATIENCE)
-                and not stop.asked
+                not spin_until(node, stop, is_complete, patience - PATIENCE)
+                and not stop.is_requested
             ):
                 raise RequestError(f"a result within {seconds:g} s", "none", problem)
         if newest:
@@ -186,22 +185,22 @@ def latched_results(
     name: str, part_id: str, watch: bool, arguments: Sequence[str]
 ) -> Iterator[tuple[PoseStatistics, ...]]:
     """What the node of a name has latched, of one part or all; then, watched, each new result."""
-    news: list[Message] = []
+    messages: list[msg.PoseStatistics] = []
     with ros_node("pose_stats_show", arguments) as (node, stop):
         if watch:
             node.create_subscription(
-                Message, f"{name}/pose_statistics", news.append, LATCHED
+                msg.PoseStatistics, f"{name}/pose_statistics", messages.append, LATCHED
             )
         service = node.create_client(GetStatistics, f"{name}/get_statistics")
         end = time.monotonic() + PATIENCE
         answer = None
-        while answer is None and time.monotonic() < end and not stop.asked:
+        while answer is None and time.monotonic() < end and not stop.is_requested:
             if spin_until(node, stop, service.service_is_ready, end - time.monotonic()):
                 # Asked again: an answer to a client that was found just now may be lost.
                 future = service.call_async(GetStatistics.Request())
                 spin_until(node, stop, future.done, 1.0)
                 answer = future.result() if future.done() else None
-        if stop.asked:
+        if stop.is_requested:
             return
         if answer is None:
             raise RequestError(
@@ -209,22 +208,24 @@ def latched_results(
                 f"none within {PATIENCE:g} s",
                 f"{START}, or give its --node",
             )
-        shown = {one.part_id: one.revision for one in answer.statistics}
-        if part_id and part_id not in shown:
+        revisions = {
+            statistics.part_id: statistics.revision for statistics in answer.statistics
+        }
+        if part_id and part_id not in revisions:
             raise RequestError(
-                f"a part that the node has a result of ({', '.join(shown)})",
+                f"a part that the node has a result of ({', '.join(revisions)})",
                 f"'{part_id}'",
                 "publish it first",
             )
         yield tuple(
-            statistics_of_message(one)
-            for one in answer.statistics
-            if part_id in ("", one.part_id)
+            statistics_of_message(statistics)
+            for statistics in answer.statistics
+            if part_id in ("", statistics.part_id)
         )
-        while watch and spin_until(node, stop, lambda: bool(news)):
-            result = news.pop(0)
-            if part_id in ("", result.part_id) and result.revision != shown.get(
+        while watch and spin_until(node, stop, lambda: bool(messages)):
+            result = messages.pop(0)
+            if part_id in ("", result.part_id) and result.revision != revisions.get(
                 result.part_id
             ):
-                shown[result.part_id] = result.revision
+                revisions[result.part_id] = result.revision
                 yield (statistics_of_message(result),)

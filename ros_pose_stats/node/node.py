@@ -19,12 +19,12 @@ from .lanes import Lanes
 from .messages.times import follow_clock, steady_timer
 from .parts import intake, part_builder
 from .parts.registry import PartRegistry
-from .recorder import Recorder, as_of_today, definitions
+from .recorder import Recorder, convert_to_installed, definitions
 from .refusals import COUNTS, Refusals, publish_diagnostics
 from .services import cell, goals, services
 from .settings import Parameters, Settings
 from .state import OF_PARTS, Change, State
-from .stop_signals import StopSignals, kill_after, within
+from .stop_signals import StopSignals, finish_within, kill_after
 
 REFUSED = 2
 FAILED = 1
@@ -56,7 +56,10 @@ class PoseStatsNode(AnsweringNode):
         name = self.get_fully_qualified_name()
         # What the node keeps, and its bag.
         self.state = state = State(
-            settings().state_path(name), definitions(), as_of_today, log.warning
+            settings().state_path(name),
+            definitions(),
+            convert_to_installed,
+            log.warning,
         )
         self.recorder = recorder = Recorder(settings(), name, state, log.warning)
         # What all others work with.
@@ -129,7 +132,7 @@ class PoseStatsNode(AnsweringNode):
             part.restore()
         if parts:
             log.info(f"{len(parts)} parts of an earlier run are known again")
-        within(MENDING_SECONDS, self.recorder.mend_bags)
+        finish_within(MENDING_SECONDS, self.recorder.mend_bags)
         self.lanes.start()
         self.intake.restore()
 
@@ -195,7 +198,7 @@ def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
         print(f"pose_stats: {refusal}", file=sys.stderr)
         return REFUSED
     try:
-        node = None if stop.asked else PoseStatsNode()
+        node = None if stop.is_requested else PoseStatsNode()
     except (
         PoseStatsError,
         exceptions.InvalidParameterException,
@@ -206,7 +209,7 @@ def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
         node = None
     if node is None:
         rclpy.try_shutdown()
-        return 0 if stop.asked else REFUSED
+        return 0 if stop.is_requested else REFUSED
     return Life(node, stop).run()
 
 
@@ -225,8 +228,8 @@ class Life:
         self._thread.start()
         self._stop.wait()
         kill_after(KILL_SECONDS)
-        if not within(END_SECONDS, self._end):
-            within(SAVE_SECONDS, self._node.save)
+        if not finish_within(END_SECONDS, self._end):
+            finish_within(SAVE_SECONDS, self._node.save)
         if self._failure is not None:
             print(f"pose_stats: internal failure: {self._failure!r}", file=sys.stderr)
         sys.stdout.flush()
@@ -238,7 +241,7 @@ class Life:
         """Load the kernels before anything is computed, and answer."""
         try:
             part_builder.warm_up(self._node.get_logger().info)
-            if self._stop.asked:
+            if self._stop.is_requested:
                 return
             self._node.start()
             wait(self._node.intake.restored, RESTORE_SECONDS)
@@ -246,10 +249,12 @@ class Life:
             self._executor.create_task(self._node.get_logger().info, "ready")
             self._spin()
         except BaseException as error:
-            if not self._stop.asked:  # else the executor has just been taken apart
+            if (
+                not self._stop.is_requested
+            ):  # else the executor has just been taken apart
                 self._failure = error
         finally:
-            self._stop.ask()
+            self._stop.request_end()
 
     def _spin(self) -> None:
         """Answer until the executor is shut down, whatever it lets through."""
@@ -258,7 +263,9 @@ class Life:
                 self._executor.spin()
                 return
             except Exception as error:  # for instance of what a client sent to rclpy
-                if not self._stop.asked:  # else the executor has just been taken apart
+                if (
+                    not self._stop.is_requested
+                ):  # else the executor has just been taken apart
                     self._node.get_logger().error(
                         "a callback failed, and the node goes on: "
                         f"{type(error).__name__}: {error}"

@@ -71,7 +71,7 @@ def definitions() -> dict[str, str]:
     }
 
 
-def as_of_today(kind: str, definition: str, data: bytes) -> bytes | None:
+def convert_to_installed(kind: str, definition: str, data: bytes) -> bytes | None:
     """A message of another definition, by the names of its fields; None where it is unreadable."""
     if definition == message_type(kind).definition:
         return data
@@ -80,23 +80,23 @@ def as_of_today(kind: str, definition: str, data: bytes) -> bytes | None:
     )
     if decoded is None:
         return None
-    return bytes(serialize_message(_filled(getattr(msg, kind)(), decoded)))
+    return bytes(serialize_message(_fill_message(getattr(msg, kind)(), decoded)))
 
 
-def _filled(message: Any, decoded: Any) -> Any:
+def _fill_message(message: Any, decoded: Any) -> Any:
     for name, kind in message.get_fields_and_field_types().items():
         value = getattr(decoded, name, None)
         default = getattr(message, name)
         if value is None:
             continue
         if hasattr(default, "get_fields_and_field_types"):
-            _filled(default, value)
+            _fill_message(default, value)
         elif "/" in kind:
             package, _, type_name = (
                 kind.removeprefix("sequence<").rstrip(">").partition("/")
             )
             make = getattr(import_module(f"{package}.msg"), type_name)
-            setattr(message, name, [_filled(make(), item) for item in value])
+            setattr(message, name, [_fill_message(make(), item) for item in value])
         else:
             setattr(message, name, value)
     return message
@@ -124,7 +124,7 @@ class Recorder:
         self._directory = self.log.directory
         self.lost = 0  # messages that were not recorded
         self._lock = threading.Lock()
-        self.problem = self.last_problem = _unwritable(settings.directory())
+        self.problem = self.last_problem = _find_problem(settings.directory())
         if self.problem:
             warn(f"NOT_RECORDED: {self.problem}")
         self._last_repair = "none"
@@ -180,7 +180,7 @@ class Recorder:
         """Mend what earlier runs left unfinished in the folder, and say so."""
         for mended in repair.repair_bags(self.log.directory.parent):
             self._last_repair = mended.problem or (
-                f"{mended.directory.name} mended: {mended.kept} messages whole, "
+                f"{mended.directory.name} mended: {mended.messages} messages whole, "
                 f"{mended.cut_bytes} bytes of half a record cut off"
             )
             self._warn(self._last_repair)
@@ -189,14 +189,14 @@ class Recorder:
         """What diagnostics say about the bag."""
         problem = self.problem or self._state.problem
         bounds = [] if self.log.bytes_left is None else [self.log.bytes_left]
-        left = ""
+        problem_with_disk = ""
         try:
             home = next(path for path in self.log.directory.parents if path.is_dir())
             bounds.append(shutil.disk_usage(home).free)
         except OSError as error:
-            left = f"unknown: {error}"
+            problem_with_disk = f"unknown: {error}"
         text = f"NOT_RECORDED: {problem}" if problem else "recording"
-        if not problem and self.log.space.exceeded:
+        if not problem and self.log.space.is_exceeded:
             text = (
                 "log_directory is larger than max_log_bytes, and nothing that is left in it "
                 "may be deleted"
@@ -211,9 +211,9 @@ class Recorder:
             {
                 "bag": str(self.log.directory),
                 "bytes written": self.log.bytes_written,
-                "bytes left": left or min(bounds),
+                "bytes left": problem_with_disk or min(bounds),
                 "messages not recorded": self.lost,
-                "deleted for max_log_bytes": self.log.space.deleted,
+                "deleted for max_log_bytes": self.log.space.deletions,
                 "last deleted": self.log.space.last_deleted or "none",
                 "counts lost": counts_lost,
                 "last repair": self._last_repair,
@@ -223,7 +223,7 @@ class Recorder:
         )
 
 
-def _unwritable(directory: Path) -> str:
+def _find_problem(directory: Path) -> str:
     """Why nothing can be recorded there as it seems; empty where it can."""
     try:
         directory.mkdir(parents=True, exist_ok=True)

@@ -13,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
 from .lanes import describe_error
-from .messages.times import now, steady_timer, time_message
+from .messages.times import current_stamp, steady_timer, time_message
 
 MINUTE = 60.0
 MOST_MESSAGES = 600  # of one topic in a minute; ten a second
@@ -25,42 +25,42 @@ class Floods:
     """Counts what comes from each source, minute by minute; says once a minute what floods."""
 
     def __init__(self, say: Callable[[str], object]) -> None:
-        self._say = say
+        self._log = say
         self._lock = threading.Lock()
         self._began = time.monotonic()
         self._counts = Counter[str]()  # of this minute
         self._floods = Counter[str]()  # those that are more than usual
-        self._last = Counter[str]()  # what flooded in the minute before
+        self._previous_floods = Counter[str]()  # what flooded in the minute before
 
-    def count(self, source: str, most: int = MOST_MESSAGES) -> bool:
+    def count(self, source: str, limit: int = MOST_MESSAGES) -> bool:
         """Count one more; whether that is within what is usual in a minute."""
         with self._lock:
-            self._turn()
+            self._begin_minute()
             if source not in self._counts and len(self._counts) >= MOST_SOURCES:
                 return True
             self._counts[source] = count = self._counts[source] + 1
-            if count > most:
-                if source not in self._floods and source not in self._last:
-                    self._say(f"a flood: more than {most} of {source} within a minute")
+            if count > limit:
+                if source not in self._floods and source not in self._previous_floods:
+                    self._log(f"a flood: more than {limit} of {source} within a minute")
                 self._floods[source] = count
-        return count <= most
+        return count <= limit
 
     def current(self) -> dict[str, int]:
         """How many came of each source that floods, in the last whole minute or the present."""
         with self._lock:
-            self._turn()
-            return self._last | self._floods  # the larger number of each
+            self._begin_minute()
+            return self._previous_floods | self._floods  # the larger number of each
 
-    def _turn(self) -> None:
+    def _begin_minute(self) -> None:
         """Begin another minute where one is over, and say what came in that one."""
         passed = time.monotonic() - self._began
         if passed >= MINUTE:
             self._began += passed
-            self._last = self._floods
+            self._previous_floods = self._floods
             self._floods = Counter()
             self._counts = Counter()
-            for source, count in self._last.items():
-                self._say(f"a flood: {count} of {source} in the last minute")
+            for source, count in self._previous_floods.items():
+                self._log(f"a flood: {count} of {source} in the last minute")
 
 
 MOST_PUBLISHERS = 64
@@ -74,18 +74,18 @@ class SequenceGaps:
     """
 
     def __init__(self) -> None:
-        self._last: list[int] = []
+        self._last_numbers: list[int] = []
 
     def missing_before(self, info: Mapping[str, int]) -> int:
         """Messages lost just before the one that this is about, if its publisher numbers them."""
         number = info["publication_sequence_number"] or 0
         if number <= 0:
             return 0
-        place = bisect.bisect_left(self._last, number) - 1
-        missing = 0 if place < 0 else number - self._last.pop(place) - 1
-        bisect.insort(self._last, number)
-        if len(self._last) > MOST_PUBLISHERS:
-            del self._last[0]
+        index = bisect.bisect_left(self._last_numbers, number) - 1
+        missing = 0 if index < 0 else number - self._last_numbers.pop(index) - 1
+        bisect.insort(self._last_numbers, number)
+        if len(self._last_numbers) > MOST_PUBLISHERS:
+            del self._last_numbers[0]
         return missing
 
 
@@ -107,7 +107,7 @@ class Health(NamedTuple):
 
 
 class _Refusal(NamedTuple):
-    at: float  # by the clock that never jumps
+    time: float  # by the clock that never jumps
     stamp: int
     source: str
     reason: str
@@ -117,37 +117,37 @@ class Refusals:
     """Meshes and counts that were refused, meshes that were lost, and floods of either."""
 
     def __init__(self, say: Callable[[str], object]) -> None:
-        self._say = say
+        self._log = say
         self.floods = Floods(say)
         self._recent: deque[_Refusal] = deque(maxlen=REMEMBERED)
         self._lock = threading.Lock()
         self.refused = 0
         self.lost = Counter[str]()
 
-    def refuse(self, source: str, reason: str, what: str = "mesh") -> None:
+    def refuse(self, source: str, reason: str, kind: str = "mesh") -> None:
         """Count and tell a refusal, unless it is a copy of one just before."""
         with self._lock:
             at = time.monotonic()
             if any(
                 (last.source, last.reason) == (source, reason)
-                and at - last.at < COPY_SECONDS
+                and at - last.time < COPY_SECONDS
                 for last in self._recent
             ):
                 return
             self.refused += 1
-            self._recent.append(_Refusal(at, now(), source, reason))
+            self._recent.append(_Refusal(at, current_stamp(), source, reason))
         if self.floods.count("refusals"):
-            self._say(f"{source}: {what} refused: {reason}")
+            self._log(f"{source}: {kind} refused: {reason}")
 
-    def watch_mesh(self, source: str, coming: Future[Any]) -> None:
+    def watch_mesh(self, source: str, mesh: Future[Any]) -> None:
         """Have a mesh that turns out to be bad counted as refused, with where it came from."""
 
-        def look(done: Future[Any]) -> None:
-            error = None if done.cancelled() else done.exception()
+        def look(future: Future[Any]) -> None:
+            error = None if future.cancelled() else future.exception()
             if error is not None:
                 self.refuse(source, describe_error(error))
 
-        coming.add_done_callback(look)
+        mesh.add_done_callback(look)
 
     def count_lost(self, kind: str, count: int) -> int:
         """Count messages of a kind that a flood overran; how many that are by now."""
@@ -161,14 +161,14 @@ class Refusals:
             recent = list(self._recent)
             refused = self.refused
             overrun = self.lost[MESHES]
-        fresh = bool(recent) and time.monotonic() - recent[-1].at < RECENT_SECONDS
+        is_recent = bool(recent) and time.monotonic() - recent[-1].time < RECENT_SECONDS
         floods = "; ".join(
             f"{count} of {source} within a minute"
             for source, count in self.floods.current().items()
         )
         text = (
             f"refused: {recent[-1].source}: {recent[-1].reason}"
-            if fresh
+            if is_recent
             else (f"a flood: {floods}" if floods else f"{parts} parts")
         )
         values: dict[str, Any] = {
@@ -178,11 +178,11 @@ class Refusals:
             "overrun": overrun,
             "floods": floods or "none",
         }
-        for place, refusal in enumerate(reversed(recent)):
-            values[f"refused {place}"] = (
+        for index, refusal in enumerate(reversed(recent)):
+            values[f"refused {index}"] = (
                 f"{refusal.stamp / 1e9:.3f} {refusal.source}: {refusal.reason}"
             )
-        return Health(fresh or bool(floods), text, values)
+        return Health(is_recent or bool(floods), text, values)
 
 
 HOST = platform.node()
@@ -195,12 +195,12 @@ def publish_diagnostics(node: Node, lines: Mapping[str, Callable[[], Health]]) -
 
     def publish() -> None:
         message = DiagnosticArray()
-        for about, look in lines.items():
+        for subject, look in lines.items():
             health = look()
             message.status.append(
                 DiagnosticStatus(
                     level=DiagnosticStatus.WARN if health.warn else DiagnosticStatus.OK,
-                    name=f"{name}: {about}",
+                    name=f"{name}: {subject}",
                     message=health.text,
                     hardware_id=HOST,
                     values=[
@@ -209,7 +209,7 @@ def publish_diagnostics(node: Node, lines: Mapping[str, Callable[[], Health]]) -
                     ],
                 )
             )
-        message.header.stamp = time_message(now())
+        message.header.stamp = time_message(current_stamp())
         publisher.publish(message)
 
     steady_timer(node, 1.0, publish)

@@ -26,16 +26,16 @@ from ..core.records.scene import (
     DEFAULT_ROUND_SIDES,
     MOST_ROUND_SIDES,
 )
-from .messages.part_requests import check_name, shown
+from .messages.part_requests import check_name, quote_text
 
 if TYPE_CHECKING:
     from ..core.plates import PlateProfile
 
 T = TypeVar("T")
 
-MOST = 2**62
+MAX_INTEGER = 2**62
 THREADS_A_CORE = 4  # more of them only wait for each other
-LONGEST_TEXT = 500
+MAX_TEXT = 500
 BELOW_ONE = 1.0 - 1e-9
 TOPIC = re.compile(r"(~/|/)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 
@@ -129,14 +129,14 @@ class Settings:
         64 * 2**20,
         "Most bytes of one mesh (8 a coordinate, 4 a vertex number).",
         1,
-        MOST,
+        MAX_INTEGER,
     )
     max_part_bytes: int = _parameter(
         2**30,
         "Most bytes that known parts take, all together; the least recently used is "
         "forgotten.",
         1,
-        MOST,
+        MAX_INTEGER,
     )
     cluster_tolerance: float = _parameter(
         DEFAULT_CLUSTER_TOLERANCE,
@@ -166,7 +166,7 @@ class Settings:
         512 * 2**20,
         "Bytes after which a bag goes on in a new file.",
         65536,
-        MOST,
+        MAX_INTEGER,
         fixed=True,
     )
     max_log_bytes: int = _parameter(
@@ -174,7 +174,7 @@ class Settings:
         "Most bytes of all bags in log_directory, the running one included: the oldest "
         "closed files are deleted; 0: unlimited.",
         0,
-        MOST,
+        MAX_INTEGER,
         fixed=True,
     )
     log_drops: bool = _parameter(False, "Record every single drop of the simulations.")
@@ -217,10 +217,15 @@ class Settings:
 
     def scene(self, *scene_override: tuple[float, float]) -> DropScene:
         """The scene of the first that has a say: request, part, plate, node; negative: none."""
-        own = self.profile or self
-        ladder = (*scene_override, (own.restitution, own.drop_height))
-        restitution = next((r for r, _ in ladder if not r < 0.0), own.restitution)
-        height = next((h for _, h in ladder if not h < 0.0), None)
+        plate_scene = self.profile or self
+        overrides = (
+            *scene_override,
+            (plate_scene.restitution, plate_scene.drop_height),
+        )
+        restitution = next(
+            (r for r, _ in overrides if not r < 0.0), plate_scene.restitution
+        )
+        height = next((h for _, h in overrides if not h < 0.0), None)
         sides = (
             self.profile if self.profile and self.profile.tells_round_sides else self
         )
@@ -300,9 +305,11 @@ def find_profile(plates: str, plate: str) -> PlateProfile | None:
             "name a file that can be read",
         ) from error
     if plate and plate not in profiles:
-        known = ", ".join(map(shown, sorted(profiles))) or "none"
+        plate_names = ", ".join(map(quote_text, sorted(profiles))) or "none"
         raise RequestError(
-            f"plate to be one of the plates in {file} ({known})", shown(plate), remedy
+            f"plate to be one of the plates in {file} ({plate_names})",
+            quote_text(plate),
+            remedy,
         )
     return profiles.get(plate)
 
@@ -318,12 +325,10 @@ def _check(setting: Field[Any], value: Any) -> None:
             f"{setting.default!r} is the default",
         )
     for text in value if isinstance(value, tuple) else (value,):
-        if isinstance(text, str) and (
-            len(text) > LONGEST_TEXT or not text.isprintable()
-        ):
+        if isinstance(text, str) and (len(text) > MAX_TEXT or not text.isprintable()):
             raise RequestError(
-                f"{setting.name} of at most {LONGEST_TEXT} printable characters",
-                f"{len(text)} characters, {shown(text)}",
+                f"{setting.name} of at most {MAX_TEXT} printable characters",
+                f"{len(text)} characters, {quote_text(text)}",
                 "shorten it",
             )
 
@@ -332,8 +337,8 @@ def mesh_topics(entries: Sequence[str]) -> dict[str, str]:
     """Topics by the id of the part that comes on them; raises RequestError."""
     topics: dict[str, str] = {}
     for entry in entries:
-        part_id, given, topic = entry.rpartition("=")
-        part_id = part_id if given else topic.rpartition("/")[2]
+        part_id, separator, topic = entry.rpartition("=")
+        part_id = part_id if separator else topic.rpartition("/")[2]
         if not TOPIC.fullmatch(topic) or not part_id:
             raise RequestError(
                 "mesh_topics as `topic` or `part_id=topic`",
@@ -372,7 +377,7 @@ class Parameters:
         values = {
             setting.name: _value(
                 setting,
-                _widened(
+                _widen(
                     node.declare_parameter(
                         setting.name,
                         setting.default,
@@ -395,7 +400,7 @@ class Parameters:
         self._on_change = on_change
         self._checked = threading.local()
         self._lock = threading.Lock()
-        node.add_pre_set_parameters_callback(lambda given: list(map(_widened, given)))
+        node.add_pre_set_parameters_callback(lambda given: list(map(_widen, given)))
         node.set_parameters(
             [
                 Parameter(
@@ -425,16 +430,16 @@ class Parameters:
 
     def _check(self, parameters: Sequence[Parameter]) -> msg.SetParametersResult:
         try:
-            ours = _ours(parameters)
+            changes = _own_values(parameters)
             values = dict(vars(self.settings))
-            if PLATE & ours.keys():
+            if PLATE & changes.keys():
                 del values["profile"]
-            self._checked.settings = settings_of({**values, **ours})
-            for name in ours:
+            self._checked.settings = settings_of({**values, **changes})
+            for name in changes:
                 if TABLE[name].metadata["fixed"]:
                     raise RequestError(
                         f"{name} to be set at the start only",
-                        f"{ours[name]!r}",
+                        f"{changes[name]!r}",
                         "start the node again",
                     )
         except PoseStatsError as refusal:
@@ -442,46 +447,46 @@ class Parameters:
         return msg.SetParametersResult(successful=True)
 
     def _apply(self, parameters: Sequence[Parameter]) -> None:
-        ours = _ours(parameters)
-        if not ours:
+        changes = _own_values(parameters)
+        if not changes:
             return
         with (
             self._lock
         ):  # a file that was good when it was checked may be another one by now
-            before = vars(self.settings)
+            values = vars(self.settings)
             profile = (
                 self._checked.settings.profile
-                if PLATE & ours.keys()
-                else before["profile"]
+                if PLATE & changes.keys()
+                else values["profile"]
             )
-            self.settings = settings_of({**before, **ours, "profile": profile})
+            self.settings = settings_of({**values, **changes, "profile": profile})
         self._on_change(self.settings)
 
 
 def _descriptor(setting: Field[Any]) -> msg.ParameterDescriptor:
     kind = TYPES[type(setting.default)]
-    about = setting.metadata
+    metadata = setting.metadata
     descriptor = msg.ParameterDescriptor(
         name=setting.name,
         type=kind.value,
         dynamic_typing=True,
-        description=about["description"],
-        additional_constraints="set at the start only" if about["fixed"] else "",
+        description=metadata["description"],
+        additional_constraints="set at the start only" if metadata["fixed"] else "",
     )
-    if about["bounds"] and kind is Parameter.Type.DOUBLE:
-        low, high = map(float, about["bounds"])
+    if metadata["bounds"] and kind is Parameter.Type.DOUBLE:
+        low, high = map(float, metadata["bounds"])
         descriptor.floating_point_range = [
             msg.FloatingPointRange(from_value=low, to_value=high)
         ]
-    elif about["bounds"]:
-        least, most = map(int, about["bounds"])
+    elif metadata["bounds"]:
+        lowest, highest = map(int, metadata["bounds"])
         descriptor.integer_range = [
-            msg.IntegerRange(from_value=least, to_value=most, step=1)
+            msg.IntegerRange(from_value=lowest, to_value=highest, step=1)
         ]
     return descriptor
 
 
-def _widened(parameter: Parameter) -> Parameter:
+def _widen(parameter: Parameter) -> Parameter:
     setting = TABLE.get(parameter.name)
     if setting is None:
         return parameter
@@ -493,10 +498,10 @@ def _widened(parameter: Parameter) -> Parameter:
 
 
 def _value(setting: Field[Any], parameter: Parameter) -> Any:
-    wanted = TYPES[type(setting.default)]
-    if parameter.type_ is not wanted:
+    kind = TYPES[type(setting.default)]
+    if parameter.type_ is not kind:
         raise RequestError(
-            f"{setting.name} as {wanted.name.lower()}",
+            f"{setting.name} as {kind.name.lower()}",
             f"{parameter.value!r}",
             f"{setting.default!r} is the default",
         )
@@ -507,7 +512,7 @@ def _value(setting: Field[Any], parameter: Parameter) -> Any:
     )
 
 
-def _ours(parameters: Sequence[Parameter]) -> dict[str, Any]:
+def _own_values(parameters: Sequence[Parameter]) -> dict[str, Any]:
     return {
         parameter.name: _value(TABLE[parameter.name], parameter)
         for parameter in parameters

@@ -12,13 +12,13 @@ class StopSignals:
     """Takes the place of what SIGINT and SIGTERM do by default."""
 
     def __init__(self) -> None:
-        self.asked = False  # whether the process is to end
+        self.is_requested = False  # whether the process is to end
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda number, frame: self.ask())
+            signal.signal(number, lambda number, frame: self.request_end())
 
-    def ask(self) -> None:
+    def request_end(self) -> None:
         """Ask for the end, from any thread."""
-        self.asked = True
+        self.is_requested = True
 
     def wait(self) -> None:
         """Return as soon as the end is asked for.
@@ -26,22 +26,22 @@ class StopSignals:
         No ``threading.Event``: a handler runs in the thread that waits, maybe in the middle of
         ``Event.wait`` while that holds the lock for which ``Event.set`` then waits for ever.
         """
-        while not self.asked:
+        while not self.is_requested:
             time.sleep(GLANCE_SECONDS)
 
 
-def within(seconds: float, act: Callable[[], object]) -> bool:
+def finish_within(seconds: float, act: Callable[[], object]) -> bool:
     """Whether something is done within some seconds; if not it goes on, and nobody waits."""
-    done = threading.Event()
+    finished = threading.Event()
 
     def do() -> None:
         act()
-        done.set()
+        finished.set()
 
-    doing = threading.Thread(target=do, name="end", daemon=True)
-    doing.start()
-    doing.join(seconds)
-    return done.is_set()
+    thread = threading.Thread(target=do, name="end", daemon=True)
+    thread.start()
+    thread.join(seconds)
+    return finished.is_set()
 
 
 def kill_after(seconds: float) -> None:

@@ -26,23 +26,23 @@ class ExampleCamera(Node):
 
     def on_detections(self, message: Any) -> None:
         """Publish what was detected."""
-        for seen in observed_parts(message):
-            self.publisher.publish(seen)
+        for parts in observed_parts(message):
+            self.publisher.publish(parts)
 
 
 def observed_parts(message: Any) -> list[ObservedParts]:
     """An ObservedParts for each kind of part; the likeliest class_id is the part_id."""
     by_part: dict[str, ObservedParts] = {}
     for detection in message.detections:
-        for best in sorted(detection.results, key=lambda one: -one.hypothesis.score)[
-            :1
-        ]:
+        for best in sorted(
+            detection.results, key=lambda result: -result.hypothesis.score
+        )[:1]:
             part_id = best.hypothesis.class_id
-            seen = by_part.setdefault(
+            parts = by_part.setdefault(
                 part_id, ObservedParts(header=message.header, part_id=part_id)
             )
-            seen.poses.append(best.pose.pose)
-            seen.confidence.append(best.hypothesis.score)
+            parts.poses.append(best.pose.pose)
+            parts.confidence.append(best.hypothesis.score)
     return list(by_part.values())
 
 

@@ -35,15 +35,17 @@ class ExamplePlanner(Node):
         file, unit = (
             self.declare_parameter(name, "").value for name in ("file", "unit")
         )
-        wanted = self.declare_parameter("wanted", Parameter.Type.INTEGER_ARRAY).value
-        if not file or not wanted:
+        wanted_poses = self.declare_parameter(
+            "wanted", Parameter.Type.INTEGER_ARRAY
+        ).value
+        if not file or not wanted_poses:
             raise ValueError(
                 'expected -p file:=clamp.stl -p wanted:="[0, 1]", the poses to pick'
             )
         self.part = part = load_part(file, unit=unit or None)
         self.question = FeedingAnswer.Request(
             part_id=part.part_id,
-            wanted=wanted,
+            wanted=wanted_poses,
             **{
                 name: self.declare_parameter(name, value).value
                 for name, value in FEEDER.items()
@@ -80,8 +82,8 @@ class ExamplePlanner(Node):
             self.get_logger().warning(plan.message)
             return
         pick, flip, leave = (
-            [pose for pose, action in enumerate(plan.action) if action == which]
-            for which in (plan.PICK, plan.FLIP, plan.LEAVE)
+            [pose for pose, action in enumerate(plan.action) if action == plan_action]
+            for plan_action in (plan.PICK, plan.FLIP, plan.LEAVE)
         )
         decided = f"{self.part.part_id}: pick {pick}, flip {flip}, leave {leave}"
         if decided != self.decided:

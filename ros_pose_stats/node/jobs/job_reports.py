@@ -49,7 +49,7 @@ def job_event(job: Job, event: int | None = None) -> JobEvent:
         drop_height=math.nan if height is None else float(height),
         part_digest="" if part is None else part.digest,
     )
-    report.header.stamp = times.time_message(times.now())
+    report.header.stamp = times.time_message(times.current_stamp())
     return report
 
 
@@ -138,7 +138,7 @@ class JobReports(JobListener):
     def dropped(self, job: Job, chunk: DropChunk) -> None:
         """Put single drops on record."""
         outcomes = chunk.outcomes
-        flat = part_messages.flat
+        flat = part_messages.pack_array
         record = DropRecords(
             job_id=job.job_id,
             part_digest=job.part.result().digest,
@@ -150,7 +150,7 @@ class JobReports(JobListener):
             energy_left=flat(outcomes.energy_left, "f"),
             stopped_at_trap=True,
         )
-        record.header.stamp = times.time_message(times.now())
+        record.header.stamp = times.time_message(times.current_stamp())
         self._recorder.record(DROP_RECORDS, serialize_message(record))
 
     def ended(self, job: Job, state: State) -> None:

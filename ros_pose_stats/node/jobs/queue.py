@@ -13,7 +13,7 @@ from ...core.records import FlipStatistics, Part, PoseStatistics
 from ..lanes import describe_error, refusal_at_end, result_or_refusal
 from ..parts.known_part import KnownPart
 from ..refusals import Health
-from ..stop_signals import within
+from ..stop_signals import finish_within
 from .run import GAVE_WAY, Job, JobListener, JobRequest, State, Stop, run_drops
 
 Run = Callable[[Job, Part, JobListener, Stop], PoseStatistics | FlipStatistics]
@@ -143,7 +143,7 @@ class Jobs:
             self._closing = reason
         for job in self.all():
             self.cancel(job.job_id, reason)
-        is_done = within(LAST_SECONDS, self._pool.shutdown)
+        is_done = finish_within(LAST_SECONDS, self._pool.shutdown)
         running = self.running_job
         if not is_done and running is not None:
             self._end(running, State.CANCELLED, reason)

@@ -239,7 +239,7 @@ class Refinement:
         model = part.model_in(scene)
         if model is None:
             return target_error
-        return min(target_error, statistics_messages.known_error(model))
+        return min(target_error, statistics_messages.comparable_error(model))
 
 
 def _means(message: PoseStatistics) -> str:

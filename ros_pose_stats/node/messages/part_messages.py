@@ -27,7 +27,7 @@ from . import part_requests, times
 
 LITTLE_ENDIAN_CDR = b"\x00\x01"
 HEADER = 4
-MOST_ROOM = (
+MAX_PADDING = (
     16  # at the end: Fast CDR leaves room for empty sequences that it does not write
 )
 
@@ -55,18 +55,18 @@ class _Cursor:
         if len(data) < HEADER or bytes(data[:2]) != LITTLE_ENDIAN_CDR:
             raise NotPlainCdrError
         self._data = data
-        self._at = HEADER
+        self._position = HEADER
 
     def array(self, count: int, kind: str) -> NDArray[Any]:
         """The next numbers; none are not aligned for."""
         dtype = np.dtype(kind)
         if not count:
             return np.zeros(0, dtype)
-        begin = self._at + -(self._at - HEADER) % dtype.itemsize
-        self._at = begin + count * dtype.itemsize
-        if self._at > len(self._data):
+        start = self._position + -(self._position - HEADER) % dtype.itemsize
+        self._position = start + count * dtype.itemsize
+        if self._position > len(self._data):
             raise NotPlainCdrError
-        return np.frombuffer(self._data, dtype, count, begin)
+        return np.frombuffer(self._data, dtype, count, start)
 
     def count(self) -> int:
         """The next uint32."""
@@ -86,16 +86,16 @@ class _Cursor:
 
     def end(self) -> None:
         """Make sure that all was read, but for what serialisers leave room for at the end."""
-        if len(self._data) - self._at >= MOST_ROOM:
+        if len(self._data) - self._position >= MAX_PADDING:
             raise NotPlainCdrError
 
 
-def _mesh(cursor: _Cursor) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
+def _read_mesh(cursor: _Cursor) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
     triangles = cursor.array(3 * cursor.count(), "<u4").reshape(-1, 3)
     return cursor.array(3 * cursor.count(), "<f8").reshape(-1, 3), triangles
 
 
-def _observed_parts(data: bytes) -> ObservedArrays:
+def _read_observed_parts(data: bytes) -> ObservedArrays:
     cursor = _Cursor(data)
     stamp = cursor.stamp()
     frame_id = cursor.text()
@@ -112,10 +112,10 @@ def _observed_parts(data: bytes) -> ObservedArrays:
 
 T = TypeVar("T")
 
-MOST_NESTED = (
+MAX_NESTED = (
     10_000  # triangles of a nested mesh in a request; each is a Python object to rclpy
 )
-MOST_DESERIALIZED = 4 * 2**20
+MAX_DESERIALIZED = 4 * 2**20
 """Bytes of a message for rclpy's deserialiser: they become 25 times as many, 0.3 s a MiB."""
 
 
@@ -126,32 +126,35 @@ def request_of_mesh_bytes(
 
     def view(data: bytes) -> part_requests.PartRequest:
         cursor = _Cursor(data)
-        vertices, triangles = _mesh(cursor)
+        vertices, triangles = _read_mesh(cursor)
         cursor.end()
         return part_requests.PartRequest(part_id, vertices, triangles, unit)
 
-    return see(data, Mesh, view)
+    return view_message(data, Mesh, view)
 
 
 def request_of_part_bytes(data: bytes) -> part_requests.PartRequest:
     """Take a serialised `PartMesh`; raises MeshError, RequestError."""
-    return see(data, PartMesh, _part_request)
+    return view_message(data, PartMesh, _read_part_request)
 
 
-def observed_parts(data: bytes, most: int) -> ObservedArrays:
+def observed_parts(data: bytes, max_bytes: int) -> ObservedArrays:
     """Take a serialised `ObservedParts`; raises RequestError."""
-    check_size(data, ObservedParts, most)
-    return see(data, ObservedParts, _observed_parts)
+    check_size(data, ObservedParts, max_bytes)
+    return view_message(data, ObservedParts, _read_observed_parts)
 
 
-def taken_request(message: PartMesh) -> part_requests.PartRequest:
+def take_request(message: PartMesh) -> part_requests.PartRequest:
     """Take a `PartMesh` that came in a request, and empty it."""
     try:
-        for name, most in (("triangles", MOST_NESTED), ("vertices", 3 * MOST_NESTED)):
+        for name, max_count in (
+            ("triangles", MAX_NESTED),
+            ("vertices", 3 * MAX_NESTED),
+        ):
             count = len(getattr(message.mesh, name))
-            if count > most:
+            if count > max_count:
                 raise RequestError(
-                    f"a nested mesh of at most {most} {name} in a request",
+                    f"a nested mesh of at most {max_count} {name} in a request",
                     f"{count}",
                     "publish it on ~/part_mesh or use the flat arrays",
                 )
@@ -162,7 +165,7 @@ def taken_request(message: PartMesh) -> part_requests.PartRequest:
         message.triangles = array("I")
 
 
-def is_given(message: PartMesh) -> bool:
+def has_mesh(message: PartMesh) -> bool:
     """Whether a request carries a part."""
     return bool(
         len(message.mesh.triangles)
@@ -179,53 +182,53 @@ def part_message(
     """What goes to the bag: flat arrays as received, under the part's final name."""
     message = PartMesh(
         part_id=part_id,
-        vertices=flat(request.vertices),
-        triangles=flat(request.triangles, "I"),
+        vertices=pack_array(request.vertices),
+        triangles=pack_array(request.triangles, "I"),
         unit=request.unit,
     )
     message.restitution, message.drop_height = request.scene_override
     message.header.stamp = times.time_message(stamp)
-    given = message.inertia
+    inertia = message.inertia
     com = message.inertia.com
-    given.m, (com.x, com.y, com.z) = request.mass, map(float, request.center_of_mass)
-    (given.ixx, given.ixy, given.ixz, given.iyy, given.iyz, given.izz) = map(
-        float, request.inertia[np.triu_indices(3)]
+    inertia.m, (com.x, com.y, com.z) = request.mass, map(float, request.center_of_mass)
+    (inertia.ixx, inertia.ixy, inertia.ixz, inertia.iyy, inertia.iyz, inertia.izz) = (
+        map(float, request.inertia[np.triu_indices(3)])
     )
     return message
 
 
-def flat(values: NDArray[Any], code: str = "d") -> Any:
+def pack_array(values: NDArray[Any], code: str = "d") -> Any:
     """A matrix row by row as an `array.array`, which rclpy takes as it is."""
     return array(code, np.ascontiguousarray(values, dtype=np.dtype(code)).tobytes())
 
 
-def _part_request(data: bytes) -> part_requests.PartRequest:
+def _read_part_request(data: bytes) -> part_requests.PartRequest:
     cursor = _Cursor(data)
     stamp = cursor.stamp()
     cursor.text()  # frame_id
     part_id = cursor.text()
-    vertices, triangles = _mesh(cursor)
+    vertices, triangles = _read_mesh(cursor)
     flat_vertices = cursor.array(cursor.count(), "<f8")
     flat_triangles = cursor.array(cursor.count(), "<u4")
     # unit, mass, centre of mass (3), ixx, ixy, ixz, iyy, iyz, izz, restitution, drop_height
     values = cursor.array(13, "<f8")
     resource = cursor.text()
     cursor.end()
-    name = part_requests.named(part_id)
-    filled = [
+    name = part_requests.name_suffix(part_id)
+    sources = [
         field
-        for field, there in (
+        for field, size in (
             ("mesh", vertices.size + triangles.size),
             ("the flat arrays", flat_vertices.size + flat_triangles.size),
             ("mesh_resource", resource),
         )
-        if there
+        if size
     ]
-    if len(filled) != 1:
+    if len(sources) != 1:
         raise MeshError(
             "one of mesh, the flat arrays vertices and triangles, and mesh_resource "
             f"filled{name}",
-            " and ".join(filled) or "none",
+            " and ".join(sources) or "none",
             "fill exactly one",
         )
     unit = float(values[0])
@@ -234,7 +237,7 @@ def _part_request(data: bytes) -> part_requests.PartRequest:
         vertices = np.asarray(mesh.vertices)
         triangles = np.asarray(mesh.triangles, np.uint32)
         unit = mesh.unit
-    elif filled != ["mesh"]:
+    elif sources != ["mesh"]:
         vertices = _rows(flat_vertices, f"vertices{name}")
         triangles = _rows(flat_triangles, f"triangles{name}")
     inertia = values[[5, 6, 7, 6, 8, 9, 7, 9, 10]].reshape(3, 3)
@@ -253,22 +256,22 @@ def _part_request(data: bytes) -> part_requests.PartRequest:
 
 def resource_file(uri: str) -> Path:
     """The file that a mesh_resource names; raises RequestError."""
-    kind, given, rest = uri.partition("://")
-    place, _, name = rest.partition("/")
+    scheme, separator, path = uri.partition("://")
+    package, _, name = path.partition("/")
     try:
-        if given and kind == "package" and place and name:
-            return Path(get_package_share_directory(place), unquote(name))
-        if given and kind == "file" and not place and name:
+        if separator and scheme == "package" and package and name:
+            return Path(get_package_share_directory(package), unquote(name))
+        if separator and scheme == "file" and not package and name:
             return Path("/", unquote(name))
     except (PackageNotFoundError, ValueError, OSError) as error:
         raise RequestError(
             "mesh_resource in a package that is installed",
-            part_requests.shown(uri),
+            part_requests.quote_text(uri),
             "source its workspace",
         ) from error
     raise RequestError(
         "mesh_resource as package://PACKAGE/FILE or file:///FILE",
-        part_requests.shown(uri),
+        part_requests.quote_text(uri),
         "write out the whole path",
     )
 
@@ -283,17 +286,17 @@ def _rows(values: NDArray[Any], name: str) -> NDArray[Any]:
     return values.reshape(-1, 3)
 
 
-def see(data: bytes, kind: type, view: Callable[[bytes], T]) -> T:
+def view_message(data: bytes, kind: type, view: Callable[[bytes], T]) -> T:
     """What a message holds, in place if it is in plain CDR; raises RequestError."""
     try:
         return view(data)
     except NotPlainCdrError:
-        return view(serialize_message(deserialized(data, kind, MOST_DESERIALIZED)))
+        return view(serialize_message(deserialize(data, kind, MAX_DESERIALIZED)))
 
 
-def deserialized(data: bytes, kind: type, most: int) -> Any:
+def deserialize(data: bytes, kind: type, max_bytes: int) -> Any:
     """The message that bytes are; raises RequestError."""
-    check_size(data, kind, most)
+    check_size(data, kind, max_bytes)
     try:
         return deserialize_message(data, kind)
     except Exception as error:  # the bindings raise what they like
@@ -304,16 +307,16 @@ def deserialized(data: bytes, kind: type, most: int) -> Any:
         ) from error
 
 
-def check_size(data: bytes, kind: type, most: int) -> None:
+def check_size(data: bytes, kind: type, max_bytes: int) -> None:
     """Refuse what is too large for whoever reads it; raises RequestError."""
-    if len(data) > most:
+    if len(data) > max_bytes:
         in_place = (
             "; a mesh in plain little-endian CDR may be larger"
             if (kind in (Mesh, PartMesh))
             else ""
         )
         raise RequestError(
-            f"a {kind.__name__} of at most {most} bytes",
+            f"a {kind.__name__} of at most {max_bytes} bytes",
             f"{len(data)} bytes",
             f"check the publisher{in_place}",
         )

@@ -14,8 +14,8 @@ from ...core.estimators import best_method
 from ...core.mesh.parts import part_from_mesh
 from ...core.records import Array, Part
 
-LONGEST_NAME = 200
-LONGEST_SHOWN = 40
+MAX_NAME = 200
+MAX_QUOTED = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,14 +49,14 @@ class PartRequest:
         return int(self.vertices.nbytes + self.triangles.nbytes)
 
 
-def shown(text: str) -> str:
+def quote_text(text: str) -> str:
     """What a client sent, for a message or a log: in quotes, in one line, not too long."""
-    return repr(text if len(text) <= LONGEST_SHOWN else text[:LONGEST_SHOWN] + "…")
+    return repr(text if len(text) <= MAX_QUOTED else text[:MAX_QUOTED] + "…")
 
 
-def named(part_id: str) -> str:
+def name_suffix(part_id: str) -> str:
     """A part in a line of the log; empty where it has no name yet."""
-    return f", part {shown(part_id)}" if part_id else ""
+    return f", part {quote_text(part_id)}" if part_id else ""
 
 
 def part_line(part: Part) -> str:
@@ -65,17 +65,17 @@ def part_line(part: Part) -> str:
     return f"{part.part_id}: {size} mm, {len(part.triangles)} triangles"
 
 
-def _any(values: Array) -> bool:
+def _has_nonzero(values: Array) -> bool:
     """Whether one is not 0; numpy would warn of some kinds of NaN."""
     return any(value != 0.0 for value in values.ravel().tolist())
 
 
 def check_name(part_id: str) -> None:
     """Refuse names that would be cut or confuse a terminal; raises RequestError."""
-    if len(part_id) > LONGEST_NAME or not part_id.isprintable():
+    if len(part_id) > MAX_NAME or not part_id.isprintable():
         raise RequestError(
-            f"a part_id of at most {LONGEST_NAME} printable characters",
-            f"{len(part_id)} characters, {shown(part_id)}",
+            f"a part_id of at most {MAX_NAME} printable characters",
+            f"{len(part_id)} characters, {quote_text(part_id)}",
             "rename the part",
         )
 
@@ -95,7 +95,9 @@ def check_request(request: PartRequest, most_bytes: int) -> None:
             f"{request.unit}",
             "0.001 is a mesh in millimetres",
         )
-    if request.mass == 0.0 and (_any(request.inertia) or _any(request.center_of_mass)):
+    if request.mass == 0.0 and (
+        _has_nonzero(request.inertia) or _has_nonzero(request.center_of_mass)
+    ):
         raise RequestError(
             "a mass above 0 kg with a given centre of mass or inertia",
             "inertia.m = 0",
@@ -103,18 +105,18 @@ def check_request(request: PartRequest, most_bytes: int) -> None:
         )
 
 
-def part_of(request: PartRequest) -> Part:
+def build_part(request: PartRequest) -> Part:
     """Build the part; raises PoseStatsError with one line that says what is wrong."""
-    given = request.mass != 0.0
+    has_mass = request.mass != 0.0
     with np.errstate(
         invalid="ignore"
     ):  # of NaN of a kind that only broken messages have
         return part_from_mesh(
             request.vertices,
             request.triangles,
-            request.center_of_mass if given else None,
-            request.mass if given else None,
-            request.inertia if given and _any(request.inertia) else None,
+            request.center_of_mass if has_mass else None,
+            request.mass if has_mass else None,
+            request.inertia if has_mass and _has_nonzero(request.inertia) else None,
             part_id=request.part_id,
             unit=request.unit,
         )
@@ -127,7 +129,7 @@ def estimator_name(method: str, restitution: float) -> str:
     if method not in AT_ONCE:
         raise RequestError(
             f"a method that needs no drops, out of {', '.join(AT_ONCE)}",
-            repr(method[:LONGEST_NAME]),
+            repr(method[:MAX_NAME]),
             "leave it empty for the node's; for drops ask for auto with a "
             "target_error, or start a drop simulation",
         )

@@ -17,8 +17,8 @@ from ...base import version
 from ...core import records
 from ...core.records.poses import POSE_FIELDS
 from ...core.records.statistics import FORGOTTEN, STATISTICS_FIELDS
-from .part_messages import flat
-from .times import now, time_message
+from .part_messages import pack_array
+from .times import current_stamp, time_message
 
 
 def statistics_message(
@@ -26,7 +26,7 @@ def statistics_message(
 ) -> msg.PoseStatistics:
     """Make the message; `labels`: plate, revision, job_id and final in it."""
     message = msg.PoseStatistics()
-    message.header.stamp = time_message(now())
+    message.header.stamp = time_message(current_stamp())
     message.header.frame_id = frame
     for name in STATISTICS_FIELDS:
         setattr(message, name, getattr(statistics, name))
@@ -36,7 +36,9 @@ def statistics_message(
     message.compute_time = Duration(
         seconds=max(0.0, statistics.seconds)
     ).to_msg()  # NaN: 0
-    message.poses = [_pose(statistics.part_id, pose) for pose in statistics.poses]
+    message.poses = [
+        _pose_message(statistics.part_id, pose) for pose in statistics.poses
+    ]
     message.warnings = list(statistics.warnings)
     message.notes = list(statistics.notes)
     return message
@@ -51,9 +53,9 @@ def fill_bounds(response: Any, **numbers: Sequence[float]) -> None:
 
 def with_warning(message: msg.PoseStatistics, warning: str) -> msg.PoseStatistics:
     """The same result with one more warning."""
-    twin = copy.copy(message)  # which shares the poses
-    twin.warnings = [*message.warnings, warning]
-    return twin
+    message_copy = copy.copy(message)  # which shares the poses
+    message_copy.warnings = [*message.warnings, warning]
+    return message_copy
 
 
 def farewell_message(
@@ -70,12 +72,10 @@ def farewell_message(
     return message
 
 
-_DRAWN: "WeakKeyDictionary[records.RestingShape, tuple[array[float], array[float]]]" = (
-    WeakKeyDictionary()
-)
+_OUTLINES: "WeakKeyDictionary[records.RestingShape, tuple[array[float], array[float]]]" = WeakKeyDictionary()
 
 
-def _pose(part_id: str, pose: records.StablePose) -> msg.StablePose:
+def _pose_message(part_id: str, pose: records.StablePose) -> msg.StablePose:
     message = msg.StablePose()
     message.pose_id = f"{part_id}/{pose.index}"
     for name in POSE_FIELDS:
@@ -91,10 +91,13 @@ def _pose(part_id: str, pose: records.StablePose) -> msg.StablePose:
     ):
         vector.x, vector.y, vector.z = values.tolist()
     # all messages of a pose share these, as nobody writes to them
-    drawn = _DRAWN.get(pose.shape)
-    if drawn is None:
-        drawn = _DRAWN[pose.shape] = flat(pose.support_polygon), flat(pose.outline)
-    message.support_polygon, message.outline = drawn
+    outlines = _OUTLINES.get(pose.shape)
+    if outlines is None:
+        outlines = _OUTLINES[pose.shape] = (
+            pack_array(pose.support_polygon),
+            pack_array(pose.outline),
+        )
+    message.support_polygon, message.outline = outlines
     return message
 
 
@@ -108,40 +111,42 @@ class DrawnShape:
 
 def statistics_of_message(message: msg.PoseStatistics) -> records.PoseStatistics:
     """The record that a message stands for; members of clusters are not in messages."""
-    plain = {name: getattr(message, name) for name in STATISTICS_FIELDS}
+    fields = {name: getattr(message, name) for name in STATISTICS_FIELDS}
     seconds = message.compute_time.sec + 1e-9 * message.compute_time.nanosec
     return records.PoseStatistics(
         poses=tuple(_pose_of(pose) for pose in message.poses),
         seconds=seconds,
         warnings=tuple(message.warnings),
         notes=tuple(message.notes),
-        **plain,
+        **fields,
     )
 
 
 def _pose_of(message: msg.StablePose) -> records.StablePose:
     position = message.pose.position
-    turn = message.pose.orientation
-    down = message.down
-    plain = {name: getattr(message, name) for name in POSE_FIELDS}
+    orientation = message.pose.orientation
+    direction = message.down
+    fields = {name: getattr(message, name) for name in POSE_FIELDS}
     shape = DrawnShape(
         np.array(message.support_polygon).reshape(-1, 2),
         np.array(message.outline).reshape(-1, 2),
     )
     return records.StablePose(
-        down=np.array([down.x, down.y, down.z]),
+        down=np.array([direction.x, direction.y, direction.z]),
         members=(),
         shape=shape,
         roll_axis=np.array(
             [message.roll_axis.x, message.roll_axis.y, message.roll_axis.z]
         ),
-        orientation=np.array([turn.x, turn.y, turn.z, turn.w]),
+        orientation=np.array(
+            [orientation.x, orientation.y, orientation.z, orientation.w]
+        ),
         position=np.array([position.x, position.y, position.z]),
-        **plain,
+        **fields,
     )
 
 
-def known_error(message: msg.PoseStatistics) -> float:
+def comparable_error(message: msg.PoseStatistics) -> float:
     """Expected error; a plate's where nobody knows it, so that few drops push nothing aside."""
     error: float = message.expected_error
     return float(message.plate_error) if math.isnan(error) else error
@@ -152,22 +157,24 @@ def refutes(message: msg.PoseStatistics) -> bool:
     return any(line.startswith("CONFLICT:") for line in message.warnings)
 
 
-def replaces(new: msg.PoseStatistics, old: msg.PoseStatistics) -> bool:
+def replaces(newer: msg.PoseStatistics, older: msg.PoseStatistics) -> bool:
     """Whether a result takes the place of the latched one for the same scene.
 
     A larger expected error never replaces a smaller one, but that a simulation ends what it has
     shown of itself, and that a newer method counts. What drops refuted needs as many drops.
     """
-    if new.part_digest == old.part_digest and refutes(new) != refutes(old):
-        return new.drops >= old.drops
-    if not (new.job_id or old.job_id) and new.method != old.method:
+    if newer.part_digest == older.part_digest and refutes(newer) != refutes(older):
+        return newer.drops >= older.drops
+    if not (newer.job_id or older.job_id) and newer.method != older.method:
         return True
-    if new.final and new.job_id and new.job_id == old.job_id:
+    if newer.final and newer.job_id and newer.job_id == older.job_id:
         return True
-    return new.part_digest != old.part_digest or known_error(new) <= known_error(old)
+    return newer.part_digest != older.part_digest or comparable_error(
+        newer
+    ) <= comparable_error(older)
 
 
-def still_true(last: msg.PoseStatistics, scene: records.DropScene) -> bool:
+def holds_for_scene(last: msg.PoseStatistics, scene: records.DropScene) -> bool:
     """Whether a result of the last run holds for its part in the present scene."""
     if (last.version, last.restitution, last.cluster_tolerance, last.round_sides) != (
         version.VERSION,

@@ -122,7 +122,7 @@ class Intake:
 
     def _build_again(self, part: KnownPart, is_latched: bool) -> None:
         """Build a part of an earlier run; one that is refused now goes."""
-        name = part_requests.named(part.part_id)
+        name = part_requests.name_suffix(part.part_id)
         try:
             part.source.get()
             if not is_latched:
@@ -185,7 +185,7 @@ def _subscribe(
         except Exception as error:  # a refusal, or a failure that is told like one
             refusals.refuse(topic, describe_error(error))
         else:
-            source = topic + part_requests.named(request.part_id)
+            source = topic + part_requests.name_suffix(request.part_id)
             intake.queue(request, source, Rank.PUBLISHED_MESH)
 
     def on_numbered_mesh(data: bytes, info: Mapping[str, int]) -> None:

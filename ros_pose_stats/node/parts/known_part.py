@@ -443,8 +443,9 @@ class KnownPart:
                 model = deserialize_message(model_data, PoseStatistics)
         except Exception:  # of the bindings: then it is estimated anew
             return
-        if message.part_digest != self.digest or not statistics_messages.still_true(
-            model, scene
+        if (
+            message.part_digest != self.digest
+            or not statistics_messages.holds_for_scene(model, scene)
         ):
             return
         with self.lock:
@@ -563,7 +564,7 @@ class KnownPart:
     def log_arrival(self) -> None:
         """Log what has come, so that a wrong unit is seen; of a flood not all."""
         floods = self._equipment.refusals.floods
-        name = part_requests.shown(self.part_id)
+        name = part_requests.quote_text(self.part_id)
         is_usual_for_it = floods.count(f"meshes of part {name}", MOST_SWAPS)
         is_usual = floods.count("new parts")
         if not (is_usual and is_usual_for_it) or self.latched is None:

@@ -25,7 +25,7 @@ from ...core.resting.outlines import outline_at
 from ...core.resting.poses import are_found, resting_poses
 from ..equipment import Equipment
 from ..lanes import Lane, NotDoneError, Rank, refusal_at_end
-from ..messages.part_requests import PartRequest, part_of
+from ..messages.part_requests import PartRequest, build_part
 
 T = TypeVar("T")
 
@@ -120,7 +120,7 @@ def build_prepared(
     request: PartRequest | Part, scene: DropScene
 ) -> tuple[Part, dict[Any, Any]]:
     """A part with what is prepared on the way to its first estimate and picture."""
-    part = request if isinstance(request, Part) else part_of(request)
+    part = request if isinstance(request, Part) else build_part(request)
     estimate_in(part, scene, methods.AUTO)
     decimation.visible_triangles(part)  # for its markers
     return part, part.all_prepared()
@@ -134,7 +134,7 @@ class PartBuilder(PartWorker):
         if not is_large(request):
             try:
                 with overlap.patience(OVERLAP_SECONDS):
-                    return part_of(request)
+                    return build_part(request)
             except overlap.TakesLongError:
                 if self._lanes.is_quick():
                     raise

@@ -225,7 +225,7 @@ class PartCounts:
         if tally.total.size == poses:
             return tally
         self._warn(
-            f"what was counted of {part_requests.shown(self._part_id)} no longer "
+            f"what was counted of {part_requests.quote_text(self._part_id)} no longer "
             f"counts: expected {poses} poses, got counts of {tally.total.size}; "
             f"an earlier version had others, so count again"
         )
@@ -240,10 +240,10 @@ class PartCounts:
         if tally is not None and tally.ground == self._ground_of(message):
             flips = tally.flips
         if tally is None or speed not in flips:
-            speeds = [part_requests.shown(name) for name in sorted(flips)]
+            speeds = [part_requests.quote_text(name) for name in sorted(flips)]
             raise errors.RequestError(
                 "a feeder_speed whose flips were counted",
-                f"{part_requests.shown(speed)}; there is "
+                f"{part_requests.quote_text(speed)}; there is "
                 f"{text.listed(speeds or ['none'])}",
                 "publish ~/pose_counts with from_pose and feeder_speed",
             )

@@ -104,14 +104,14 @@ class PartRegistry:
         message = self._state.mesh(part_id)
         if message is None:
             raise MeshError(
-                f"the mesh of {part_requests.shown(part_id)} beside the state file",
+                f"the mesh of {part_requests.quote_text(part_id)} beside the state file",
                 "none that is as it was written",
                 "send the part again",
             )
         part = self._build(part_messages.request_of_part_bytes(message))
         if part.digest != digest:
             raise MeshError(
-                f"the mesh of {part_requests.shown(part_id)} as it was stored",
+                f"the mesh of {part_requests.quote_text(part_id)} as it was stored",
                 "another one",
                 "send the part again",
             )
@@ -180,7 +180,7 @@ class PartRegistry:
             )
         message = serialize_message(
             part_messages.part_message(
-                request, part.part_id, request.stamp or times.now()
+                request, part.part_id, request.stamp or times.current_stamp()
             )
         )
         with part.lock:
@@ -225,7 +225,7 @@ class PartRegistry:
             listed = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
             raise RequestError(
                 "the part_id of a known part" + (f" ({listed})" if listed else ""),
-                part_requests.shown(part_id),
+                part_requests.quote_text(part_id),
                 "publish its mesh on ~/part_mesh, or send it to ~/estimate",
             )
         return part
@@ -276,7 +276,7 @@ class PartRegistry:
     def _forget(self, part: KnownPart, reason: str) -> int | None:
         """Forget a part that is current still; the number of that change."""
         part_id = part.part_id
-        stamp = times.now()
+        stamp = times.current_stamp()
         channel = part.channel
         with part.lock:  # no result of it is recorded meanwhile
             if not part.is_current:
@@ -318,7 +318,7 @@ class PartRegistry:
                 kinds += 1
                 total += int(tally.total.sum())
                 if tally.drift():
-                    name = part_requests.shown(part.part_id)
+                    name = part_requests.quote_text(part.part_id)
                     drifts[f"changed {name}"] = tally.drift()
         line = f"{total} parts counted of {kinds} kinds"
         if drifts:

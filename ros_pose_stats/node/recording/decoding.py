@@ -25,13 +25,13 @@ KINDS = PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (
 )
 CONVERT = "`ros2 bag convert` makes a plain MCAP bag of it"
 SECOND = 1_000_000_000
-PACKED = b"\x28\xb5\x2f\xfd"  # how data compressed by zstd begins; a message begins with a zero
+ZSTD_START = b"\x28\xb5\x2f\xfd"  # how data compressed by zstd begins; a message begins with a zero
 
 
 def kind_of(type_name: str) -> str:
     """Name of a message type that the analysis reads, without the package; empty for others."""
-    package, _, rest = type_name.partition("/")
-    name = rest.removeprefix("msg/")
+    package, _, path = type_name.partition("/")
+    name = path.removeprefix("msg/")
     return name if package == PACKAGE and name in KINDS else ""
 
 
@@ -39,33 +39,33 @@ class Decoders:
     """Decodes by the definitions that come with messages; `failed` did not fit theirs."""
 
     def __init__(self) -> None:
-        self._known: dict[tuple[str, str], Callable[[bytes], Any] | None] = {}
-        self.failed = 0
+        self._by_definition: dict[tuple[str, str], Callable[[bytes], Any] | None] = {}
+        self.failures = 0
 
     def decode(self, message: RawMessage) -> Any | None:
         """The message with the fields of its definition; None if broken, BagError if packed."""
-        if message.data.startswith(PACKED):
+        if message.data.startswith(ZSTD_START):
             raise BagError(
                 "messages that are not compressed one by one",
                 f"such on {message.topic}",
                 CONVERT,
             )
         definition = message.type_name, message.definition
-        if definition not in self._known:
-            self._known[definition] = None
+        if definition not in self._by_definition:
+            self._by_definition[definition] = None
             with suppress(Exception):  # a definition that does not parse
-                self._known[definition] = DecoderFactory().decoder_for(
+                self._by_definition[definition] = DecoderFactory().decoder_for(
                     "cdr",
                     Schema(
                         1, message.definition.encode(), "ros2msg", message.type_name
                     ),
                 )
-        decoder = self._known[definition]
+        decoder = self._by_definition[definition]
         # struct, Unicode, index and memory errors alike: the bytes are not what was said.
         with suppress(Exception):
             if decoder is not None:
                 return decoder(message.data)
-        self.failed += 1
+        self.failures += 1
         return None
 
 
@@ -102,29 +102,29 @@ def part_of(message: Any) -> Part | None:
 
     try:
         corners = list(message.vertices)
-        numbers = list(message.triangles)
-        if not numbers:
+        indices = list(message.triangles)
+        if not indices:
             nested = message.mesh
             corners = [x for p in nested.vertices for x in (p.x, p.y, p.z)]
-            numbers = [
+            indices = [
                 k for triangle in nested.triangles for k in triangle.vertex_indices
             ]
-        given = message.inertia
-        weighed = given.m != 0.0
+        inertia = message.inertia
+        has_mass = inertia.m != 0.0
         tensor = np.array(
             [
-                [given.ixx, given.ixy, given.ixz],
-                [given.ixy, given.iyy, given.iyz],
-                [given.ixz, given.iyz, given.izz],
+                [inertia.ixx, inertia.ixy, inertia.ixz],
+                [inertia.ixy, inertia.iyy, inertia.iyz],
+                [inertia.ixz, inertia.iyz, inertia.izz],
             ],
             dtype=np.float64,
         )
         return part_from_mesh(
             np.array(corners, dtype=np.float64).reshape(-1, 3),
-            np.array(numbers, dtype=np.uint32).reshape(-1, 3),
-            (given.com.x, given.com.y, given.com.z) if weighed else None,
-            float(given.m) if weighed else None,
-            tensor if weighed and tensor.any() else None,
+            np.array(indices, dtype=np.uint32).reshape(-1, 3),
+            (inertia.com.x, inertia.com.y, inertia.com.z) if has_mass else None,
+            float(inertia.m) if has_mass else None,
+            tensor if has_mass and tensor.any() else None,
             part_id=str(message.part_id),
             unit=float(message.unit),
         )

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, cast
 
 import zstandard
-from mcap import data_stream, exceptions, opcode, records as recorded, stream_reader
+from mcap import data_stream, exceptions, opcode, records, stream_reader
 
 from ...base.files import open_file
 from .writer.mcap_layout import CHECK, CHECK_START, MAGIC, MESSAGE, RECORD
@@ -21,10 +21,10 @@ from .writer.mcap_layout import CHECK, CHECK_START, MAGIC, MESSAGE, RECORD
 UNREADABLE = (struct.error, exceptions.McapError, UnicodeDecodeError)
 """What reading a record out of the wrong bytes raises."""
 
-_READERS: dict[int, Callable[[data_stream.ReadDataStream], recorded.McapRecord]] = {
-    opcode.Opcode.SCHEMA: recorded.Schema.read,
-    opcode.Opcode.CHANNEL: recorded.Channel.read,
-    opcode.Opcode.CHUNK: recorded.Chunk.read,
+_READERS: dict[int, Callable[[data_stream.ReadDataStream], records.McapRecord]] = {
+    opcode.Opcode.SCHEMA: records.Schema.read,
+    opcode.Opcode.CHANNEL: records.Channel.read,
+    opcode.Opcode.CHUNK: records.Chunk.read,
 }
 _BLOCK = 1 << 20
 _STEP = 1_000_000
@@ -42,44 +42,46 @@ class Frame:
     head: bytes  # the checksum record, if any, opcode and length
     body: bytes
 
-    def record(self) -> recorded.McapRecord | None:
+    def record(self) -> records.McapRecord | None:
         """The record itself; None for a kind not needed, one of UNREADABLE where it is no such."""
         if self.opcode == opcode.Opcode.MESSAGE:
             channel, number, log_time, publish_time = MESSAGE.unpack_from(self.body)
-            return recorded.Message(
+            return records.Message(
                 channel, log_time, self.body[MESSAGE.size :], publish_time, number
             )
-        read = _READERS.get(self.opcode)
+        read_body = _READERS.get(self.opcode)
         return (
             None
-            if read is None
-            else read(data_stream.ReadDataStream(BytesIO(self.body)))
+            if read_body is None
+            else read_body(data_stream.ReadDataStream(BytesIO(self.body)))
         )
 
 
-def frames(file: BinaryIO, on_damage: Callable[[int, int], None]) -> Iterator[Frame]:
+def read_frames(
+    file: BinaryIO, on_damage: Callable[[int, int], None]
+) -> Iterator[Frame]:
     """All whole records of a seekable file in order, up to the footer.
 
     Damage is passed over where a checksum record behind it shows where to go on.
     """
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
-    place = len(MAGIC) if file.read(len(MAGIC)) == MAGIC else 0
-    while place < size:
-        frame = _frame(file, place, size) if place else None
+    position = len(MAGIC) if file.read(len(MAGIC)) == MAGIC else 0
+    while position < size:
+        frame = _read_frame(file, position, size) if position else None
         if frame is None:
-            onward = _next_checked(file, place + 1, size)
-            on_damage(place, onward)
-            place = onward
+            next_position = _find_checked(file, position + 1, size)
+            on_damage(position, next_position)
+            position = next_position
         elif frame.opcode == opcode.Opcode.FOOTER:
             return
         else:
             yield frame
-            place = frame.end
+            position = frame.end
     on_damage(size, size)
 
 
-def _frame(file: BinaryIO, start: int, size: int) -> Frame | None:
+def _read_frame(file: BinaryIO, start: int, size: int) -> Frame | None:
     """The record at a place; None where there is no whole and sound one."""
     file.seek(start)
     check = b""
@@ -108,18 +110,18 @@ def _frame(file: BinaryIO, start: int, size: int) -> Frame | None:
     return Frame(code, start, file.tell(), check + head, body)
 
 
-def _next_checked(file: BinaryIO, start: int, size: int) -> int:
+def _find_checked(file: BinaryIO, start: int, size: int) -> int:
     """Where the next record with a sound checksum begins; the size where there is none."""
     while start < size:
         file.seek(start)
         block = file.read(_BLOCK)
-        place = block.find(CHECK_START)
-        if place < 0:
+        offset = block.find(CHECK_START)
+        if offset < 0:
             start += max(1, len(block) - len(CHECK_START) + 1)
-        elif _frame(file, start + place, size) is not None:
-            return start + place
+        elif _read_frame(file, start + offset, size) is not None:
+            return start + offset
         else:
-            start += place + 1
+            start += offset + 1
     return size
 
 
@@ -139,63 +141,63 @@ OnDamage = Callable[[int, int, int, str], None]
 missing, out of how many, unpacked, and the reason in one clause."""
 
 
-def raw_messages(
+def read_messages(
     bag: Path,
     on_damage: OnDamage = lambda start, end, size, reason: None,
     on_read: Callable[[float], None] = lambda share: None,
 ) -> Iterator[RawMessage]:
-    """All whole messages of a bag, file by file, in the order in which they were recorded.
+    """All whole messages of a bag, file by file, in the order in which they were records.
 
     `bag`: a directory or a single file, chunked, finished, or compressed as a whole, or not;
     `on_read`: told after every megabyte which fraction of its file has been read.
     """
     for path in files_of_bag(bag):
-        with _opened(path) as file:
-            yield from _messages(file, on_damage, on_read)
+        with _open_unpacked(path) as file:
+            yield from _read_file(file, on_damage, on_read)
 
 
-def _messages(
+def _read_file(
     file: BinaryIO, on_damage: OnDamage, on_read: Callable[[float], None]
 ) -> Iterator[RawMessage]:
     """The whole messages of one file, each with its topic and type."""
 
-    def damaged(start: int, end: int) -> None:
+    def report_damage(start: int, end: int) -> None:
         on_damage(start, end, size, "no whole record" if end > start else "no footer")
 
-    schemas: dict[int, recorded.Schema] = {}
+    schemas: dict[int, records.Schema] = {}
     channels: dict[int, tuple[str, str, str]] = {}
     size = os.fstat(file.fileno()).st_size
-    next_told = 0
-    for frame in frames(file, damaged):
-        if frame.end > next_told:
+    next_report = 0
+    for frame in read_frames(file, report_damage):
+        if frame.end > next_report:
             on_read(min(1.0, frame.end / size))
-            next_told = frame.end + _STEP
+            next_report = frame.end + _STEP
         try:
             record = frame.record()
-            records = (
-                _unpacked(record) if isinstance(record, recorded.Chunk) else [record]
+            content = (
+                _unpack_chunk(record) if isinstance(record, records.Chunk) else [record]
             )
         except UNREADABLE as error:
             on_damage(frame.start, frame.end, size, str(error))
             continue
-        for one in records:
-            if isinstance(one, recorded.Schema):
-                schemas[one.id] = one
-            elif isinstance(one, recorded.Channel):
-                schema = schemas.get(one.schema_id)
-                channels[one.id] = (
-                    one.topic,
+        for item in content:
+            if isinstance(item, records.Schema):
+                schemas[item.id] = item
+            elif isinstance(item, records.Channel):
+                schema = schemas.get(item.schema_id)
+                channels[item.id] = (
+                    item.topic,
                     schema.name if schema else "",
                     schema.data.decode(errors="replace") if schema else "",
                 )
-            elif isinstance(one, recorded.Message):
-                if one.channel_id not in channels:
+            elif isinstance(item, records.Message):
+                if item.channel_id not in channels:
                     on_damage(
-                        frame.start, frame.end, size, f"no channel {one.channel_id}"
+                        frame.start, frame.end, size, f"no channel {item.channel_id}"
                     )
                     continue
-                topic, type_name, definition = channels[one.channel_id]
-                yield RawMessage(topic, type_name, one.data, one.log_time, definition)
+                topic, type_name, definition = channels[item.channel_id]
+                yield RawMessage(topic, type_name, item.data, item.log_time, definition)
 
 
 def files_of_bag(bag: Path, *endings: str) -> list[Path]:
@@ -205,9 +207,9 @@ def files_of_bag(bag: Path, *endings: str) -> list[Path]:
     """
     if not bag.is_dir():
         return [bag]
-    wanted = endings or (".mcap", ".mcap.zstd")
+    suffixes = endings or (".mcap", ".mcap.zstd")
     return sorted(
-        (path for path in bag.iterdir() if path.name.endswith(wanted)),
+        (path for path in bag.iterdir() if path.name.endswith(suffixes)),
         key=lambda path: [
             (int(part), "") if part.isdecimal() else (0, part)
             for part in re.split(r"(\d+)", path.name)
@@ -215,7 +217,7 @@ def files_of_bag(bag: Path, *endings: str) -> list[Path]:
     )
 
 
-def _opened(path: Path) -> BinaryIO:
+def _open_unpacked(path: Path) -> BinaryIO:
     """A bag's file, seekable; one that was compressed as a whole is unpacked for that."""
     if path.suffix != _PACKED:
         return open_file(path)
@@ -241,7 +243,7 @@ def _opened(path: Path) -> BinaryIO:
     return unpacked
 
 
-def _unpacked(chunk: recorded.Chunk) -> list[recorded.McapRecord]:
+def _unpack_chunk(chunk: records.Chunk) -> list[records.McapRecord]:
     """The records of a chunk; McapError where it is damaged or compressed in an unknown way."""
     try:
         return stream_reader.breakup_chunk(chunk, validate_crc=True)

@@ -11,14 +11,25 @@ from pathlib import Path
 
 from mcap import exceptions, opcode, reader, records
 
-from ...base import files as disk
-from .reader import UNREADABLE, Frame, frames
-from .runs import METADATA, bag_files, runs
-from .writer import mcap_layout as layout
+from ...base.files import (
+    HALF,
+    DirectoryLock,
+    NotAFileError,
+    open_file,
+    read_file,
+    remove_empty,
+    replace_file,
+    sync_directory,
+)
+from .reader import UNREADABLE, Frame, read_frames
+from .runs import METADATA, find_bag_files, find_runs
+from .writer import mcap_layout
 
-_LEAST = 2 * len(layout.MAGIC) + layout.RECORD.size + layout.FOOTER_LENGTH
+_LEAST = (
+    2 * len(mcap_layout.MAGIC) + mcap_layout.RECORD.size + mcap_layout.FOOTER_LENGTH
+)
 _CHECK_SIZE = 4 + len(
-    layout.MAGIC
+    mcap_layout.MAGIC
 )  # of the checksum of the summary, and what follows it
 _YOUNG = 60.0  # seconds; a run without files is then that of a process that died
 _MESSAGE_COUNT = re.compile(r"^  message_count: (\d+)$", re.MULTILINE)
@@ -29,7 +40,7 @@ class Repair:
     """What was done to one bag."""
 
     directory: Path  # the bag
-    kept: int = 0  # messages in it now; 0 where it could not be mended
+    messages: int = 0  # messages in it now; 0 where it could not be mended
     cut_bytes: int = 0  # bytes of half or damaged records that were cut away
     problem: str = ""  # why it could not be mended; empty where it is
 
@@ -41,7 +52,7 @@ def repair_bags(log_directory: Path) -> list[Repair]:
     raised, and what has other names than ours is left alone.
     """
     try:
-        tried = map(_repair, runs(log_directory))
+        tried = map(_repair, find_runs(log_directory))
         return [repair for repair in tried if repair is not None]
     except OSError as error:
         return [_problem(log_directory, error)]
@@ -50,15 +61,15 @@ def repair_bags(log_directory: Path) -> list[Repair]:
 def _repair(run: Path) -> Repair | None:
     """Mend one bag; None where there is nothing to do, or somebody else has it."""
     try:
-        if not bag_files(run):
+        if not find_bag_files(run):
             with suppress(OSError):  # it does no harm, and may be gone already
-                young = time.time() - run.stat().st_ctime < _YOUNG
-                lock = None if young else disk.DirectoryLock.take(run)
+                is_young = time.time() - run.stat().st_ctime < _YOUNG
+                lock = None if is_young else DirectoryLock.take(run)
                 if lock is not None:
                     with lock:
-                        disk.remove_empty(run)
+                        remove_empty(run)
             return None
-        lock = None if _is_finished(run) else disk.DirectoryLock.take(run)
+        lock = None if _is_finished(run) else DirectoryLock.take(run)
         if lock is None:
             return None
         with lock:
@@ -76,15 +87,15 @@ def _problem(directory: Path, error: OSError) -> Repair:
 def _is_finished(run: Path) -> bool:
     """Whether all files are finished, and `metadata.yaml` names them and counts their messages."""
     messages = 0
-    files = bag_files(run)
+    files = find_bag_files(run)
     for path in files:
         contents = _finished_contents(path)
         if contents is None:
             return False
         messages += contents.messages
     try:
-        text = disk.read_file(run / METADATA).decode("utf-8")
-    except (FileNotFoundError, disk.NotAFileError, UnicodeDecodeError):
+        text = read_file(run / METADATA).decode("utf-8")
+    except (FileNotFoundError, NotAFileError, UnicodeDecodeError):
         return False
     count = _MESSAGE_COUNT.search(text)
     return (
@@ -94,24 +105,24 @@ def _is_finished(run: Path) -> bool:
     )
 
 
-def _finished_contents(path: Path) -> layout.Contents | None:
+def _finished_contents(path: Path) -> mcap_layout.Contents | None:
     """What the summary of a file says; None where the file does not end with a sound one."""
-    with disk.open_file(path) as file:
+    with open_file(path) as file:
         size = os.fstat(file.fileno()).st_size
         if size < _LEAST:
             return None
-        file.seek(size - layout.FOOTER_LENGTH - len(layout.MAGIC))
-        begin = int.from_bytes(file.read(8), "little")
-        if not 0 < begin < size:
+        file.seek(size - mcap_layout.FOOTER_LENGTH - len(mcap_layout.MAGIC))
+        summary_start = int.from_bytes(file.read(8), "little")
+        if not 0 < summary_start < size:
             return None
         file.seek(0)
         try:
             summary = reader.SeekingReader(file).get_summary()
         except UNREADABLE:
             return None
-        file.seek(begin)
+        file.seek(summary_start)
         end = file.read()
-    check = int.from_bytes(end[-_CHECK_SIZE : -len(layout.MAGIC)], "little")
+    check = int.from_bytes(end[-_CHECK_SIZE : -len(mcap_layout.MAGIC)], "little")
     if check not in (0, zlib.crc32(end[:-_CHECK_SIZE])):
         return None
     if (
@@ -123,72 +134,74 @@ def _finished_contents(path: Path) -> layout.Contents | None:
         )
     ):
         return None
-    told = summary.statistics
-    return layout.Contents(
+    statistics = summary.statistics
+    return mcap_layout.Contents(
         summary.schemas,
         summary.channels,
-        told.channel_message_counts,
-        told.message_start_time,
-        told.message_end_time,
+        statistics.channel_message_counts,
+        statistics.message_start_time,
+        statistics.message_end_time,
     )
 
 
 def mend(directory: Path) -> Repair:
     """Finish and describe the files of a locked run; this may be killed and repeated."""
-    files: dict[str, layout.Contents] = {}
+    files: dict[str, mcap_layout.Contents] = {}
     cut_bytes = 0
-    for path in bag_files(directory):
+    for path in find_bag_files(directory):
         contents = _finished_contents(path)
         if contents is None:
             contents, cut = _mend_file(path)
             cut_bytes += cut
         files[path.name] = contents
     if files:
-        disk.replace_file(directory / METADATA, layout.metadata_yaml(files).encode())
+        replace_file(directory / METADATA, mcap_layout.metadata_yaml(files).encode())
     for name in (*files, METADATA):
         with suppress(OSError):
-            (directory / (name + disk.HALF)).unlink()
+            (directory / (name + HALF)).unlink()
     return Repair(
         directory, sum(contents.messages for contents in files.values()), cut_bytes
     )
 
 
-def _mend_file(path: Path) -> tuple[layout.Contents, int]:
+def _mend_file(path: Path) -> tuple[mcap_layout.Contents, int]:
     """Write the sound part of a file under a header of today, closed, in its place; bytes cut."""
-    half = path.with_name(path.name + disk.HALF)
-    cut: list[int] = []
+    half = path.with_name(path.name + HALF)
+    cut_bytes: list[int] = []
     try:
         half.unlink(missing_ok=True)  # it may be a pipe
-        with disk.open_file(path) as old, half.open("wb") as new:
-            made = os.fstat(old.fileno()).st_mtime_ns
-            contents = layout.Contents(start=made, end=made)
-            new.write(layout.magic_and_header())
-            for frame in frames(old, lambda begin, end: cut.append(end - begin)):
+        with open_file(path) as source, half.open("wb") as target:
+            creation_time = os.fstat(source.fileno()).st_mtime_ns
+            contents = mcap_layout.Contents(start=creation_time, end=creation_time)
+            target.write(mcap_layout.magic_and_header())
+            for frame in read_frames(
+                source, lambda begin, end: cut_bytes.append(end - begin)
+            ):
                 if frame.opcode == opcode.Opcode.DATA_END:
                     break
                 if frame.opcode in (opcode.Opcode.HEADER, opcode.Opcode.METADATA):
                     continue  # the second from a bag of an older version
                 try:
-                    _enter(frame, contents)
+                    _enter_record(frame, contents)
                 except UNREADABLE:
-                    cut.append(frame.end - frame.start)
+                    cut_bytes.append(frame.end - frame.start)
                 else:
-                    new.write(frame.head)
-                    new.write(frame.body)
-            new.write(layout.closing(contents, new.tell()))
-            new.flush()
-            os.fsync(new.fileno())
+                    target.write(frame.head)
+                    target.write(frame.body)
+            target.write(mcap_layout.closing(contents, target.tell()))
+            target.flush()
+            os.fsync(target.fileno())
         shutil.copymode(path, half)
         half.replace(path)
-        disk.sync_directory(path.parent)
+        sync_directory(path.parent)
     except OSError:
         with suppress(OSError):
             half.unlink()
         raise
-    return contents, sum(cut)
+    return contents, sum(cut_bytes)
 
 
-def _enter(frame: Frame, contents: layout.Contents) -> None:
+def _enter_record(frame: Frame, contents: mcap_layout.Contents) -> None:
     """Note what a record adds to the contents; one of UNREADABLE if it is better left out.
 
     OSError: without the channel or type of a message the file is better left as it is.

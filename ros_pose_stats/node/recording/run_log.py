@@ -18,7 +18,7 @@ from ...base.files import (
 from . import repair, runs
 from .writer import bag_file, mcap_layout, message_types
 
-_FILES = 8
+_MIN_FILES = 8
 """Files that the bound of a log directory has room for at least, so that the oldest can go."""
 
 
@@ -51,12 +51,14 @@ class RunLog:
         self._overhead = 3 * start
         self._max_bytes = min(
             max_bag_bytes,
-            max(max_log_bytes // _FILES, 4 * start) if max_log_bytes else max_bag_bytes,
+            max(max_log_bytes // _MIN_FILES, 4 * start)
+            if max_log_bytes
+            else max_bag_bytes,
         )
         self.space = runs.SpaceBound(log_directory, max_log_bytes)
         self._lock = threading.RLock()
         self._bag: _Bag | None = None
-        self._closed = False
+        self._is_closed = False
         self._last_time = 0
 
     def write(self, topic: str, data: bytes) -> None:
@@ -78,7 +80,7 @@ class RunLog:
     def close(self) -> None:
         """Finish the bag and let go of it; OSError: the next start has to finish it."""
         with self._refusals(), self._lock:
-            self._closed = True
+            self._is_closed = True
             bag = self._bag
             self._bag = None
             if bag is not None:
@@ -113,11 +115,11 @@ class RunLog:
     @property
     def bytes_left(self) -> int | None:
         """Bytes by which the log directory may still grow; None without a bound."""
-        return self.space.left(self.bytes_written)
+        return self.space.bytes_left(self.bytes_written)
 
     def _bag_for(self, record: int) -> "_Bag":
         """The bag for a record of so many bytes."""
-        if self._closed:
+        if self._is_closed:
             raise OSError("the log is closed")
         self.leave_lost_bag()
         # Beside the record there may be the end of one file, a whole empty one, and for a moment
@@ -154,19 +156,19 @@ class _Bag:
         self._max_bytes = max_bytes
         self.file: bag_file.BagFile | None = None  # that is being written
         self.metadata_size = 0
-        self._closed: dict[
+        self._closed_sizes: dict[
             str, int
         ] = {}  # bytes of the files before that one, oldest first
-        self._finished: dict[
+        self._finished_files: dict[
             str, mcap_layout.Contents
         ] = {}  # what those hold that have a footer
         self._next_number = 0
-        self._described = False
+        self._is_described = False
 
     @property
     def size(self) -> int:
         """Bytes of all files."""
-        return sum(self._closed.values()) + (self.file.size if self.file else 0)
+        return sum(self._closed_sizes.values()) + (self.file.size if self.file else 0)
 
     def is_gone(self) -> bool:
         """Whether the directory, or the lock in it, was deleted, moved or replaced."""
@@ -183,25 +185,25 @@ class _Bag:
         ):
             self._finish_file(file)
         if self.file is None:
-            while (place := runs.bag_file(self._path, self._next_number)).exists():
+            while (path := runs.bag_file(self._path, self._next_number)).exists():
                 self._next_number += 1
-            self.file = bag_file.BagFile(place, self._types, self._node)
+            self.file = bag_file.BagFile(path, self._types, self._node)
             self._next_number += 1
-            self._described = False
+            self._is_described = False
         self.file.append(topic, data, log_time)
-        if not self._described:
+        if not self._is_described:
             self._describe()
 
     def drop_oldest(self) -> tuple[str, int] | None:
         """Delete the oldest file that is closed; its name and bytes, if there is one."""
-        if not self._closed:
+        if not self._closed_sizes:
             return None
-        name = next(iter(self._closed))
+        name = next(iter(self._closed_sizes))
         with suppress(OSError):
             (self._path / name).unlink(missing_ok=True)
-            self._described = False
-            self._finished.pop(name, None)
-            return name, self._closed.pop(name)
+            self._is_described = False
+            self._finished_files.pop(name, None)
+            return name, self._closed_sizes.pop(name)
         return None
 
     def finish(self) -> None:
@@ -216,7 +218,7 @@ class _Bag:
     def abandon(self) -> None:
         """Let go of the bag as it is; a directory without a file in it goes."""
         if self.file is not None:
-            self._give_up(self.file)
+            self._abandon_file(self.file)
         with suppress(OSError):
             if not self.is_gone():
                 remove_empty(self._path)
@@ -226,28 +228,28 @@ class _Bag:
         """Leave a file that cannot be gone on with; return whether it was that."""
         if not (file.broken or file.is_gone()):
             return False
-        self._give_up(file)
+        self._abandon_file(file)
         return True
 
-    def _give_up(self, file: bag_file.BagFile) -> None:
+    def _abandon_file(self, file: bag_file.BagFile) -> None:
         with suppress(OSError):  # where it was moved to it is whole
             file.finish()
         file.abandon()
-        self._leave(file)
+        self._close_file(file)
 
     def _finish_file(self, file: bag_file.BagFile) -> None:
         file.finish()
-        self._finished[file.path.name] = file.contents
-        self._leave(file)
+        self._finished_files[file.path.name] = file.contents
+        self._close_file(file)
 
-    def _leave(self, file: bag_file.BagFile) -> None:
+    def _close_file(self, file: bag_file.BagFile) -> None:
         self.file = None
-        self._closed[file.path.name] = file.size
+        self._closed_sizes[file.path.name] = file.size
 
     def _describe(self) -> None:
         files = {
             name: contents
-            for name, contents in self._finished.items()
+            for name, contents in self._finished_files.items()
             if (self._path / name).exists()
         }
         if self.file is not None:
@@ -255,7 +257,7 @@ class _Bag:
         text = mcap_layout.metadata_yaml(files).encode()
         replace_file(self._path / runs.METADATA, text)
         self.metadata_size = len(text)
-        self._described = True
+        self._is_described = True
 
 
 def _locked_directory(path: Path) -> DirectoryLock:

@@ -24,24 +24,26 @@ def new_run_name(log_directory: Path) -> str:
 
     Names in order are runs in order: never earlier than a microsecond after the newest run.
     """
-    now = datetime.now(timezone.utc)
+    start = datetime.now(timezone.utc)
     with suppress(
         OSError, ValueError, OverflowError
     ):  # an unreadable folder, no day, the last
-        newest = max((run.name for run in runs(log_directory)), default="")
-        if newest >= now.strftime(_TIME):
-            now = datetime.strptime(newest[:_TIMED], _TIME).replace(
+        newest = max((run.name for run in find_runs(log_directory)), default="")
+        if newest >= start.strftime(_TIME):
+            start = datetime.strptime(newest[:_TIMED], _TIME).replace(
                 tzinfo=timezone.utc
             ) + timedelta(microseconds=1)
-    return f"{now.strftime(_TIME)}_{os.getpid()}"
+    return f"{start.strftime(_TIME)}_{os.getpid()}"
 
 
-def runs(log_directory: Path) -> list[Path]:
+def find_runs(log_directory: Path) -> list[Path]:
     """All runs' directories, oldest first, without links: what those lead to lies elsewhere."""
-    named = (
-        log_directory / name for name in _names(log_directory) if _RUN.fullmatch(name)
+    paths = (
+        log_directory / name
+        for name in _list_names(log_directory)
+        if _RUN.fullmatch(name)
     )
-    return [run for run in named if run.is_dir() and not run.is_symlink()]
+    return [run for run in paths if run.is_dir() and not run.is_symlink()]
 
 
 def bag_file(directory: Path, number: int) -> Path:
@@ -49,18 +51,18 @@ def bag_file(directory: Path, number: int) -> Path:
     return directory / f"{directory.name}_{number}.mcap"
 
 
-def bag_files(directory: Path) -> list[Path]:
+def find_bag_files(directory: Path) -> list[Path]:
     """A run's own files in the order of their numbers."""
-    own = re.compile(re.escape(directory.name) + r"_(\d+)\.mcap")
+    pattern = re.compile(re.escape(directory.name) + r"_(\d+)\.mcap")
     numbered = [
         (int(match[1]), directory / match[0])
-        for match in map(own.fullmatch, _names(directory))
+        for match in map(pattern.fullmatch, _list_names(directory))
         if match
     ]
     return [path for _, path in sorted(numbered)]
 
 
-def _names(folder: Path) -> list[str]:
+def _list_names(folder: Path) -> list[str]:
     try:
         return sorted(entry.name for entry in os.scandir(folder))
     except (FileNotFoundError, NotADirectoryError):
@@ -74,11 +76,11 @@ def delete_run(run: Path) -> bool:
         if lock is None:
             return False
         with lock:
-            for file in (run / METADATA, *bag_files(run)):
+            for file in (run / METADATA, *find_bag_files(run)):
                 file.unlink(missing_ok=True)
                 file.with_name(file.name + HALF).unlink(missing_ok=True)
             remove_empty(run)
-    return not bag_files(run)
+    return not find_bag_files(run)
 
 
 class SpaceBound:
@@ -88,52 +90,58 @@ class SpaceBound:
     """
 
     def __init__(self, log_directory: Path, limit: int) -> None:
-        self.deleted = 0
+        self.deletions = 0
         self.last_deleted = ""  # runs and files
-        self.exceeded = False
+        self.is_exceeded = False
         self._log_directory = log_directory
         self._limit = limit
-        self._others = 0
+        self._other_bytes = 0
         self._next_scan = 0.0
 
-    def left(self, own_bytes: int) -> int | None:
+    def bytes_left(self, own_bytes: int) -> int | None:
         """Bytes by which the directory may still grow; None without a bound."""
-        return max(0, self._limit - self._others - own_bytes) if self._limit else None
+        return (
+            max(0, self._limit - self._other_bytes - own_bytes) if self._limit else None
+        )
 
     def enforce(
         self,
-        own: Path,
+        own_run: Path,
         own_bytes: int,
         drop_oldest: Callable[[], tuple[str, int] | None],
     ) -> None:
         """Delete what must go before this run grows so far: oldest runs, then its oldest files."""
         if not self._limit:
             return
-        now = time.monotonic()
-        if now >= self._next_scan or not (self._fits(own_bytes) or self.exceeded):
-            self._delete_runs(own, own_bytes)
-            self._next_scan = now + RESCAN
-        while not self._fits(own_bytes) and (dropped := drop_oldest()) is not None:
-            self._count(dropped[0])
-            own_bytes -= dropped[1]
-        self.exceeded = not self._fits(own_bytes)
+        time_now = time.monotonic()
+        if time_now >= self._next_scan or not (
+            self._fits(own_bytes) or self.is_exceeded
+        ):
+            self._delete_runs(own_run, own_bytes)
+            self._next_scan = time_now + RESCAN
+        while not self._fits(own_bytes) and (dropped_file := drop_oldest()) is not None:
+            self._count(dropped_file[0])
+            own_bytes -= dropped_file[1]
+        self.is_exceeded = not self._fits(own_bytes)
 
     def _count(self, name: str) -> None:
-        self.deleted = self.deleted + 1
+        self.deletions = self.deletions + 1
         self.last_deleted = name
 
     def _fits(self, own_bytes: int) -> bool:
-        return self._others + own_bytes <= self._limit
+        return self._other_bytes + own_bytes <= self._limit
 
-    def _delete_runs(self, own: Path, own_bytes: int) -> None:
+    def _delete_runs(self, own_run: Path, own_bytes: int) -> None:
         """Look at the directory again, and delete the oldest runs until it fits."""
-        sizes = {run: _size(run) for run in runs(self._log_directory) if run != own}
-        self._others = sum(sizes.values())
+        sizes = {
+            run: _size(run) for run in find_runs(self._log_directory) if run != own_run
+        }
+        self._other_bytes = sum(sizes.values())
         for run, size in sizes.items():
             if self._fits(own_bytes):
                 break
             if size and delete_run(run):
-                self._others -= size
+                self._other_bytes -= size
                 self._count(run.name)
 
 
@@ -141,7 +149,7 @@ def _size(run: Path) -> int:
     """Bytes of a run's files; 0 for one that has none, or has just been deleted."""
     size = 0
     with suppress(OSError):
-        files = bag_files(run)
+        files = find_bag_files(run)
         for file in (*files, run / METADATA) if files else ():
             with suppress(OSError):
                 size += file.stat(follow_symlinks=False).st_size

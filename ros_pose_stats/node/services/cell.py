@@ -37,8 +37,8 @@ FLIP_SECONDS = (
     10.0  # longest that an answer flips for; the fewer flips, the wider its intervals
 )
 SEED = 1  # of the flips of an answer: the same question has the same answer
-MOST_KICKS = 100
-MOST_FLIPPED = 10_000  # parts, scenes and kicks that answers have flipped for
+MAX_KICKS = 100
+MAX_FINISHED_KICKS = 10_000  # parts, scenes and kicks that answers have flipped for
 
 
 class FeedingService:
@@ -54,23 +54,23 @@ class FeedingService:
         outlines: part_builder.Outlines,
     ) -> None:
         self._settings = equipment.settings
-        self._ways_in = ways_in
+        self._intake = ways_in
         self._outlines = outlines
         self._parts = parts
         self._jobs = jobs
         self._reports = reports
-        self._flipped: Memory[run.FlipKey, bool] = Memory(MOST_FLIPPED)
+        self._finished_kicks: Memory[run.FlipKey, bool] = Memory(MAX_FINISHED_KICKS)
         equipment.node.serve(FeedingAnswer, "~/feeding", self.answer)
 
     def answer(self, request: Any, response: Any) -> Steps:
         """What to do and what a feeder gets, from the result that is latched now."""
-        known = self._parts.require(request.part_id)
+        part = self._parts.require(request.part_id)
         settings = self._settings()
-        result = known.latched
+        result = part.latched
         if result is None:
             raise RequestError(
                 "a part with a result",
-                f"{part_requests.shown(request.part_id)} without one yet",
+                f"{part_requests.quote_text(request.part_id)} without one yet",
                 "ask again in a moment",
             )
         latched = result.message
@@ -78,7 +78,7 @@ class FeedingService:
         kick = settings.kick(request.kick_height)
         feeding.check_wanted_poses(request.wanted, len(latched.poses))
         feeding.check_rate(request.rate, request.cycle_time)
-        cell = counted = None
+        cell = counted_flips = None
         if request.plate_length != 0.0 or request.plate_width != 0.0:
             cell = FeederCell(
                 request.rate,
@@ -91,26 +91,29 @@ class FeedingService:
             )
             cell.check()
         if request.feeder_speed:
-            counted = known.find_flips(latched, request.feeder_speed)
+            counted_flips = part.find_flips(latched, request.feeder_speed)
         heights = [kick] if kick else []
-        if not kick and (cell is not None or counted is not None):
+        if not kick and (cell is not None or counted_flips is not None):
             heights = list(request.kick_heights) or list(usual_kicks(latched.radius))
-        if len(heights) > MOST_KICKS:
+        if len(heights) > MAX_KICKS:
             raise RequestError(
-                f"at most {MOST_KICKS} kick_heights", f"{len(heights)}", "ask for fewer"
+                f"at most {MAX_KICKS} kick_heights", f"{len(heights)}", "ask for fewer"
             )
         seconds = min(FLIP_SECONDS / max(1, len(heights)), settings.max_job_seconds)
         flips: list[FlipStatistics] = []
         job = None
         for height in sorted({check_kick(height) for height in heights}):
-            key = run.flip_key(known.digest, scene, height)
-            found = self._reports.counted.get(key)
-            enough = run.flips_in_all(len(latched.poses), 0, settings)
-            if found is None or (found.flips < enough and not self._flipped.get(key)):
+            key = run.flip_key(part.digest, scene, height)
+            flips_at_height = self._reports.counted.get(key)
+            flips_needed = run.flips_in_all(len(latched.poses), 0, settings)
+            if flips_at_height is None or (
+                flips_at_height.flips < flips_needed
+                and not self._finished_kicks.get(key)
+            ):
                 job = self._jobs.submit(
                     FlipRequest(
-                        known.part_id,
-                        known.content,
+                        part.part_id,
+                        part.content,
                         scene,
                         0,
                         SEED,
@@ -118,67 +121,69 @@ class FeedingService:
                         seconds,
                         kick_height=height,
                     ),
-                    finished_future(known),
+                    finished_future(part),
                     settings,
                     has_room=job is not None,
                 )
                 yield job.finished
-                found = job.flips
+                flips_at_height = job.flips
                 if job.state is State.CANCELLED:  # nobody but the node itself cancels
                     raise refusal_at_end()
-                if found is None:
+                if flips_at_height is None:
                     response.success = False
                     response.message = job.message
                     return
-                self._flipped.put(key, True)
-            flips.append(found)
-        yield from self._answer(request, response, known, latched, cell, flips, counted)
+                self._finished_kicks.put(key, True)
+            flips.append(flips_at_height)
+        yield from self._fill_in(
+            request, response, part, latched, cell, flips, counted_flips
+        )
 
-    def _answer(
+    def _fill_in(
         self,
         request: Any,
         response: Any,
-        known: KnownPart,
+        known_part: KnownPart,
         latched: PoseStatistics,
         cell: FeederCell | None,
         flips: list[FlipStatistics],
-        counted: Index | None,
+        counted_flips: Index | None,
     ) -> Steps:
         """Fill in the plan, and what a feeder gets that kicks wrong parts or drops them afresh."""
-        found = statistics_of_message(latched)
-        dropped = pose_groups.pose_shares(found)
+        statistics = statistics_of_message(latched)
+        shares = pose_groups.pose_shares(statistics)
         basis = f"{latched.drops} drops" if latched.drops else "an estimate"
         if latched.observed:
             basis = f"{latched.observed} parts seen"
         basis = f"From {basis} ({latched.method})"
         if flips:
             basis += f" and {sum(kick.flips for kick in flips)} flips"
-        if counted is not None:
-            poses = tuple(found.by_index.values())
+        if counted_flips is not None:
+            poses = tuple(statistics.by_index.values())
             flips = [
                 feeding.learn_flips(
                     [replace(kick, poses=poses) for kick in flips],
-                    counted,
+                    counted_flips,
                     request.feeder_speed,
                 )
             ]
             basis += f" and {flips[0].observed} seen"
-        chosen = flips[0] if flips else None
+        chosen_flips = flips[0] if flips else None
         if cell is not None:
-            part = (yield self._ways_in.build_known(known)).geometry
+            part = (yield self._intake.build_known(known_part)).geometry
             plan = yield self._outlines.put(
                 part,
                 "a plan",
                 plan_feeding,
-                found,
+                statistics,
                 list(request.wanted),
                 cell,
                 flips,
                 part,
             )
-            place = plan.options.index(plan.best)
-            chosen = (
-                flips[place - 1] if place else None
+            option_index = plan.options.index(plan.best)
+            chosen_flips = (
+                flips[option_index - 1] if option_index else None
             )  # they are in that order, by height
             response.action = [
                 getattr(response, action.upper()) for action in plan.actions
@@ -187,14 +192,18 @@ class FeedingService:
             response.kicks = plan.best.kicks
             response.pickable = plan.best.pickable
             fill_bounds(response, parts_per_minute=plan.best.per_minute)
-        if chosen is None:
-            gain = feeding.drop_afresh(dropped, request.wanted, request.rate)
+        if chosen_flips is None:
+            gain = feeding.drop_afresh(shares, request.wanted, request.rate)
         else:
             gain = feeding.flip_wrong_poses(
-                dropped, chosen.counts, request.wanted, request.rate, request.cycle_time
+                shares,
+                chosen_flips.counts,
+                request.wanted,
+                request.rate,
+                request.cycle_time,
             )
-            response.transition = part_messages.flat(chosen.transition)
-            response.kick_height = chosen.kick_height
+            response.transition = part_messages.pack_array(chosen_flips.transition)
+            response.kick_height = chosen_flips.kick_height
         fill_bounds(
             response,
             accepted=gain.accepted,
@@ -202,13 +211,13 @@ class FeedingService:
             flips=gain.flips,
             accepted_per_minute=gain.per_minute,
         )
-        if math.isnan(dropped.drops):
+        if math.isnan(shares.drops):
             basis += (
                 f"; the error of {latched.method} is not known here, so there are no "
                 f"intervals: simulate the part"
             )
         response.message = " ".join(
-            [f"{basis}.", *pose_groups.warn_of_lookalikes(found, request.wanted)]
+            [f"{basis}.", *pose_groups.warn_of_lookalikes(statistics, request.wanted)]
         )
 
 
@@ -243,9 +252,9 @@ class PlateFits:
                     "set the parameter, or ask without apply",
                 )
             refuse_name(plate)
-        counted = counts_on(plate, settings.plate, self._parts.all())
+        tallies = find_tallies(plate, settings.plate, self._parts.all())
         fit = yield self._lanes.put(
-            partial(fit_counts, counted), Rank.KNOWN_PART, Lane.FIT
+            partial(fit_counts, tallies), Rank.KNOWN_PART, Lane.FIT
         )
         fill_bounds(
             response,
@@ -263,13 +272,13 @@ class PlateFits:
             f"{fit.verdict}"
         )
         if request.apply:
-            file, kept = yield self._lanes.put(
+            file, is_recorded = yield self._lanes.put(
                 partial(self._apply, plate, fit, settings.plates, settings.plate),
                 Rank.KNOWN_PART,
                 Lane.FIT,
             )
             response.message += f"; written to {file} as {plate}, and used from now on"
-            if not kept:
+            if not is_recorded:
                 response.message += f". {self._equipment.not_recorded().rstrip('.')}"
         response.message += "."
         self._log.info(
@@ -277,18 +286,18 @@ class PlateFits:
             f"{fit.drop_height[0]:.3g} m (-1: 20 radii). {response.message}"
         )
 
-    def _apply(self, plate: str, fit: PlateFit, *asked_under: str) -> tuple[Path, bool]:
+    def _apply(self, plate: str, fit: PlateFit, *parameters: str) -> tuple[Path, bool]:
         """Write the plate into its file and work with it; whether its counts are kept."""
         from ...core.plates import profile_of, write_profile
 
-        now = self._settings()
-        if (now.plates, now.plate) != asked_under:
+        settings = self._settings()
+        if (settings.plates, settings.plate) != parameters:
             raise RequestError(
                 "plates and plate as they were when the fit was asked for",
                 "other parameters",
                 "ask again",
             )
-        file = Path(now.plates).expanduser()
+        file = Path(settings.plates).expanduser()
         try:
             write_profile(file, profile_of(plate, fit))
         except OSError as error:
@@ -297,27 +306,27 @@ class PlateFits:
                 f"{file} ({error.strerror or error})",
                 "name another one",
             ) from error
-        kept = self._parts.name_plate(plate)
+        is_recorded = self._parts.name_plate(plate)
         self._use_plate(plate)
-        return file, kept
+        return file, is_recorded
 
 
-def counts_on(
+def find_tallies(
     plate: str, present: str, parts: Iterable[KnownPart]
 ) -> list[tuple[KnownPart, Tally]]:
     """Known parts that were counted on a plate; what was counted without a name is of any."""
     counted = [
-        (known, counts)
-        for known in parts
-        if (counts := known.counts.tally) is not None and counts.total.any()
+        (part, tally)
+        for part in parts
+        if (tally := part.counts.tally) is not None and tally.total.any()
     ]
     names = {plate, present} if not present else {plate}
-    chosen = [(known, seen) for known, seen in counted if seen.ground.plate in names]
+    chosen = [(part, tally) for part, tally in counted if tally.ground.plate in names]
     if not chosen:
-        others = sorted({seen.ground.plate for _, seen in counted})
+        others = sorted({tally.ground.plate for _, tally in counted})
         raise RequestError(
-            f"counts of known parts on plate {part_requests.shown(plate)}",
-            f"only those on {', '.join(map(part_requests.shown, others))}"
+            f"counts of known parts on plate {part_requests.quote_text(plate)}",
+            f"only those on {', '.join(map(part_requests.quote_text, others))}"
             if others
             else "none",
             "publish what cameras count there on ~/pose_counts, or what they see on "
@@ -327,7 +336,7 @@ def counts_on(
 
 
 def fit_counts(
-    counted: list[tuple[KnownPart, Tally]],
+    tallies: list[tuple[KnownPart, Tally]],
 ) -> PlateFit:
     """Fit a plate to counts of parts, which are built for that where they are not yet."""
     from ...core.plates import count_part, fit_plate
@@ -335,10 +344,10 @@ def fit_counts(
     return fit_plate(
         [
             count_part(
-                known.geometry,
-                dict(enumerate(seen.total.tolist())),
-                **seen.ground.numbering._asdict(),
+                part.geometry,
+                dict(enumerate(tally.total.tolist())),
+                **tally.ground.numbering._asdict(),
             )
-            for known, seen in counted
+            for part, tally in tallies
         ]
     )

@@ -18,7 +18,7 @@ from ..answering_node import SERVICE_QUALITY, AnsweringNode
 from ..equipment import Equipment
 from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
 from ..lanes import describe_error
-from ..messages.part_messages import flat
+from ..messages.part_messages import pack_array
 from ..parts import part_builder
 from ..parts.intake import Intake
 from ..parts.registry import PartRegistry
@@ -28,7 +28,7 @@ FEEDBACK_SECONDS = 0.1
 CANCEL_SECONDS = (
     5.0  # for the transition that follows a cancel's callback, usually in 1 ms
 )
-MOST_ASKED = 1000
+MAX_PENDING = 1000
 RESULT_SECONDS = 900  # results can be asked for this long after the end
 
 
@@ -56,7 +56,7 @@ class GoalServer(ABC):
         # with their jobs, by request, until they have been told how these ended
         self.goals: dict[int, tuple[server.ServerGoalHandle, Job]] = {}
         # requests that are being accepted, with their jobs or why they are refused
-        self._asked: dict[int, tuple[Any, Job | str]] = {}
+        self._pending: dict[int, tuple[Any, Job | str]] = {}
         self._lock = threading.Lock()
         self._next_feedback = 0.0
         self._server = Server(
@@ -64,8 +64,8 @@ class GoalServer(ABC):
             kind,
             f"~/{name}",
             execute_callback=lambda goal: None,  # each has its own
-            goal_callback=self._ask,
-            handle_accepted_callback=self._accepted,
+            goal_callback=self._accept_request,
+            handle_accepted_callback=self._tie_to_job,
             cancel_callback=self._cancel,
             callback_group=ReentrantCallbackGroup(),
             goal_service_qos_profile=SERVICE_QUALITY,
@@ -86,7 +86,7 @@ class GoalServer(ABC):
     def result(self, job: Job | None, success: bool, message: str) -> Any:
         """What a job has done, as a message; None where it was refused."""
 
-    def _ask(self, request: Any) -> GoalResponse:
+    def _accept_request(self, request: Any) -> GoalResponse:
         """Queue the job; a refused goal is accepted and aborted: a rejection has no message."""
         answer: Job | str
         try:
@@ -96,17 +96,17 @@ class GoalServer(ABC):
             if not isinstance(error, PoseStatsError):
                 self._node.get_logger().error(f"{self._name}: {answer}")
         with self._lock:
-            self._asked[id(request)] = request, answer
+            self._pending[id(request)] = request, answer
             if (
-                len(self._asked) > MOST_ASKED
+                len(self._pending) > MAX_PENDING
             ):  # clients that were gone before the answer
-                del self._asked[next(iter(self._asked))]
+                del self._pending[next(iter(self._pending))]
         return GoalResponse.ACCEPT
 
-    def _accepted(self, goal: server.ServerGoalHandle) -> None:
+    def _tie_to_job(self, goal: server.ServerGoalHandle) -> None:
         """Tie the goal to its job."""
         with self._lock:
-            _, answer = self._asked.pop(id(goal.request))
+            _, answer = self._pending.pop(id(goal.request))
             if isinstance(answer, Job):
                 self.goals[id(goal.request)] = goal, answer
         if isinstance(answer, str):
@@ -118,13 +118,13 @@ class GoalServer(ABC):
 
     def _follow(self, job: Job) -> None:
         """Show goals of a job that runs how far it is."""
-        now = time.monotonic()
+        time_now = time.monotonic()
         with self._lock:
             goals = [goal for goal, its_job in self.goals.values() if its_job is job]
         for goal in goals:
             self._show_executing(goal)
-        if job.drops_done and goals and now >= self._next_feedback:
-            self._next_feedback = now + FEEDBACK_SECONDS
+        if job.drops_done and goals and time_now >= self._next_feedback:
+            self._next_feedback = time_now + FEEDBACK_SECONDS
             feedback = self.feedback(job)
             for goal in goals:
                 if goal.is_active:
@@ -135,18 +135,18 @@ class GoalServer(ABC):
         with self._lock:
             _, job = self.goals.get(
                 id(goal.request)
-            ) or self._asked.get(  # accepted just now
+            ) or self._pending.get(  # accepted just now
                 id(goal.request), (None, "")
             )
         if not isinstance(job, Job) or job.state.ended:
             return CancelResponse.REJECT
-        until = time.monotonic() + CANCEL_SECONDS
+        deadline = time.monotonic() + CANCEL_SECONDS
 
         def cancel() -> None:
             while (
                 goal.is_active
                 and not goal.is_cancel_requested
-                and time.monotonic() < until
+                and time.monotonic() < deadline
             ):
                 time.sleep(0.001)
             self._jobs.cancel(job.job_id, "cancelled by a client")
@@ -244,7 +244,7 @@ class SimulateFlipsServer(GoalServer):
     def start_job(self, request: Any) -> Job:
         """Accept flips; too many are refused at once where the part's poses are at hand."""
         settings = self._settings()
-        known = self._parts.require(request.part_id)
+        part = self._parts.require(request.part_id)
         kick = settings.kick(request.kick_height)
         if request.kick_height < 0.0 and not kick:
             raise RequestError(
@@ -252,18 +252,17 @@ class SimulateFlipsServer(GoalServer):
                 f"{request.kick_height:g}",
                 "half the part's radius flips most parts",
             )
-        scene = settings.scene(known.scene_override)
-        coming = self._intake.build_known(known)
-        if known.is_built and (
-            not part_builder.is_large(known.geometry)
-            or are_found(known.geometry, scene)
+        scene = settings.scene(part.scene_override)
+        built_part = self._intake.build_known(part)
+        if part.is_built and (
+            not part_builder.is_large(part.geometry) or are_found(part.geometry, scene)
         ):
-            poses = len(poses_in(known.geometry, scene).poses)
+            poses = len(poses_in(part.geometry, scene).poses)
             run.flips_in_all(poses, request.drops, settings)
         return self._jobs.submit(
             FlipRequest(
-                known.part_id,
-                known.content,
+                part.part_id,
+                part.content,
                 scene,
                 request.drops,
                 request.seed,
@@ -271,7 +270,7 @@ class SimulateFlipsServer(GoalServer):
                 settings.max_job_seconds,
                 kick_height=kick,
             ),
-            coming,
+            built_part,
             settings,
         )
 
@@ -302,8 +301,8 @@ class SimulateFlipsServer(GoalServer):
                 ),
             )
         )
-        result.flips = flat(flips.counts.sum(axis=1) + flips.unsettled, "Q")
-        result.unsettled = flat(flips.unsettled, "Q")
-        result.transition = flat(flips.transition)
-        result.standard_error = flat(flips.standard_error)
+        result.flips = pack_array(flips.counts.sum(axis=1) + flips.unsettled, "Q")
+        result.unsettled = pack_array(flips.unsettled, "Q")
+        result.transition = pack_array(flips.transition)
+        result.standard_error = pack_array(flips.standard_error)
         return result

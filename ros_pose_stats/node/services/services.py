@@ -7,12 +7,14 @@ from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import JobEvent, JobStatus
 
 from ...base import errors, methods, text
-from ...core.mesh import mass_properties, parts as meshes
+from ...core.mesh import mass_properties
+from ...core.mesh.parts import shift_center
 from ...core.records import Part
 from ...core.simulation.request import check_target
 from ..answering_node import Steps
 from ..equipment import Equipment
-from ..jobs import Job, JobRequest, Jobs, State, job_reports, refinement as refining
+from ..jobs import Job, JobRequest, Jobs, State, job_reports
+from ..jobs.refinement import Refinement
 from ..lanes import Rank, finished_future, refusal_at_end, result_or_refusal
 from ..memory import Memory, memory_of_parts
 from ..messages import part_messages, part_requests, statistics_messages
@@ -41,7 +43,7 @@ class Services:
         equipment: Equipment,
         parts: PartRegistry,
         intake: Intake,
-        refinement: refining.Refinement,
+        refinement: Refinement,
         jobs: Jobs,
         reports: job_reports.JobReports,
         outlines: part_builder.Outlines,
@@ -59,12 +61,12 @@ class Services:
         self._shifted: Memory[Any, Part] = memory_of_parts()
         for kind, name, callback in (
             (srv.EstimatePoses, "estimate", self.estimate),
-            (srv.StartDropSimulation, "start_drop_simulation", self.start),
+            (srv.StartDropSimulation, "start_drop_simulation", self.start_simulation),
             (srv.GetStatistics, "get_statistics", self.get_statistics),
-            (srv.ForgetPart, "forget_part", self.forget),
-            (srv.GetDropSimulation, "get_drop_simulation", self.get),
-            (srv.ListDropSimulations, "list_drop_simulations", self.list),
-            (srv.CancelDropSimulation, "cancel_drop_simulation", self.cancel),
+            (srv.ForgetPart, "forget_part", self.forget_part),
+            (srv.GetDropSimulation, "get_drop_simulation", self.get_job),
+            (srv.ListDropSimulations, "list_drop_simulations", self.list_jobs),
+            (srv.CancelDropSimulation, "cancel_drop_simulation", self.cancel_job),
         ):
             equipment.node.serve(kind, f"~/{name}", callback)
 
@@ -79,74 +81,75 @@ class Services:
             raise refusal_at_end()
         message = request.part
         if request.part_id and message.part_id and request.part_id != message.part_id:
-            both = " and ".join(
-                map(part_requests.shown, (request.part_id, message.part_id))
+            part_ids = " and ".join(
+                map(part_requests.quote_text, (request.part_id, message.part_id))
             )
             raise errors.RequestError(
                 "the same part_id in the request and in its part",
-                both,
+                part_ids,
                 "fill one of the two",
             )
         part_id = message.part_id = message.part_id or request.part_id
-        if not part_messages.is_given(message):
-            known = self._parts.require(part_id)
+        if not part_messages.has_mesh(message):
+            part = self._parts.require(part_id)
         else:
-            same = self._parts.find(part_id) if part_id else None
-            source = f"request for {part_requests.shown(part_id)}"
+            known_part = self._parts.find(part_id) if part_id else None
+            source = f"request for {part_requests.quote_text(part_id)}"
             try:
-                mesh = part_messages.taken_request(message)
+                mesh = part_messages.take_request(message)
                 part_requests.check_request(mesh, self._settings().max_mesh_bytes)
                 self._settings().scene(mesh.scene_override)
             except errors.PoseStatsError as refusal:
                 self._refusals.refuse(source, str(refusal))
                 raise
-            if same is None or (same.content, same.scene_override) != (
+            if known_part is None or (
+                known_part.content,
+                known_part.scene_override,
+            ) != (
                 mesh.content,
                 mesh.scene_override,
             ):
                 return self._intake.queue(mesh, source, Rank.REQUESTED_MESH), mesh
-            known = same
-        return finished_future(known), known
+            part = known_part
+        return finished_future(part), part
 
     def estimate(self, request: Any, response: Any) -> Steps:
         """An analytic answer; one that nobody chose is checked by drops, or refined by them."""
         check_target(request.target_error)
         step = request.com_offset
         offset = mass_properties.check_offset((step.x, step.y, step.z))
-        coming, mesh = self._find_part(request)
-        known = received = yield coming
+        future_part, mesh = self._find_part(request)
+        part = sent_part = yield future_part
         scene = self._settings().scene(
             (request.restitution, request.drop_height), mesh.scene_override
         )
         if offset.any():
-            yield self._intake.build_known(received)
-            key = received.part_id, received.digest, offset.tobytes()
-            part = self._shifted.get(key) or meshes.shift_center(
-                received.geometry, offset
-            )
-            self._shifted.put(key, part)
-            known = received.with_geometry(part)
-        if request.target_error or not known.has_answer(request.method, scene):
-            yield self._intake.build_known(known, scene)
+            yield self._intake.build_known(sent_part)
+            key = sent_part.part_id, sent_part.digest, offset.tobytes()
+            shifted = self._shifted.get(key) or shift_center(sent_part.geometry, offset)
+            self._shifted.put(key, shifted)
+            part = sent_part.with_geometry(shifted)
+        if request.target_error or not part.has_answer(request.method, scene):
+            yield self._intake.build_known(part, scene)
         is_auto = (request.method or self._settings().default_method) == methods.AUTO
         if is_auto and not request.target_error:
-            checked = yield self._refinement.check(known, scene)
+            drops = yield self._refinement.check(part, scene)
             message, response.message = self._refinement.answer_checked(
-                known, checked, scene
+                part, drops, scene
             )
-        elif is_auto and known is received:
+        elif is_auto and part is sent_part:
             message, response.message = self._refinement.answer(
-                known, request.target_error, scene
+                part, request.target_error, scene
             )
         else:  # drops in the background would be of the part as it is known
             message = self._refinement.answer_by(
                 request.method,
-                known,
+                part,
                 request.target_error,
                 scene,
-                BY_DROPS if known is received else AS_ITSELF,
+                BY_DROPS if part is sent_part else AS_ITSELF,
             )
-        if known is not received:
+        if part is not sent_part:
             shift = text.listed([text.millimetres(x) for x in offset.tolist()])
             message = statistics_messages.with_warning(
                 message,
@@ -154,11 +157,11 @@ class Services:
                 "part's axes, the inertia about it stays; what is latched is of the part as it "
                 "was sent.",
             )
-        if not received.is_stored():
+        if not sent_part.is_stored():
             message = self._equipment.warn_unrecorded(message)
-        response.statistics = received.record(ANSWERS, message)
+        response.statistics = sent_part.record(ANSWERS, message)
 
-    def start(self, request: Any, response: Any) -> None:
+    def start_simulation(self, request: Any, response: Any) -> None:
         """Queue a drop simulation."""
         job = self.start_job(request)
         response.job_id = job.job_id
@@ -177,20 +180,20 @@ class Services:
             )
         check_target(request.target_error)
         seconds = request.max_seconds or settings.max_job_seconds
-        most = settings.max_job_seconds
-        if not 0.0 < seconds <= most:
+        max_seconds = settings.max_job_seconds
+        if not 0.0 < seconds <= max_seconds:
             raise errors.RequestError(
-                f"max_seconds from 0 to {most:g} s (parameter max_job_seconds)",
+                f"max_seconds from 0 to {max_seconds:g} s (parameter max_job_seconds)",
                 f"{request.max_seconds:g} s",
                 "0 stands for the node's",
             )
-        coming, mesh = self._find_part(request)
+        future_part, mesh = self._find_part(request)
         if isinstance(mesh, KnownPart):
-            coming = self._intake.build_known(mesh)
+            future_part = self._intake.build_known(mesh)
         if isinstance(mesh, KnownPart) or len(mesh.triangles) <= QUICK_TRIANGLES:
-            wait([coming], START_PATIENCE)
-        if coming.done():
-            result_or_refusal(coming)
+            wait([future_part], START_PATIENCE)
+        if future_part.done():
+            result_or_refusal(future_part)
         scene = settings.scene(
             (request.restitution, request.drop_height), mesh.scene_override
         )
@@ -204,7 +207,7 @@ class Services:
                 request.target_error,
                 seconds,
             ),
-            coming,
+            future_part,
             settings,
         )
 
@@ -215,21 +218,23 @@ class Services:
             raise errors.RequestError(
                 "a part_id with heights", "none", "ask for one part's outlines"
             )
-        chosen = [parts.require(request.part_id)] if request.part_id else parts.all()
-        results = [known.latched for known in chosen if known.latched is not None]
+        chosen_parts = (
+            [parts.require(request.part_id)] if request.part_id else parts.all()
+        )
+        results = [part.latched for part in chosen_parts if part.latched is not None]
         response.statistics = [result.message for result in results]
         if request.heights and results:
-            known = yield self._intake.build_known(chosen[0])
+            part = yield self._intake.build_known(chosen_parts[0])
             response.outlines = yield self._outlines.begin(
-                known.geometry, results[0].message, request.heights
+                part.geometry, results[0].message, request.heights
             )
 
-    def forget(self, request: Any, response: Any) -> None:
+    def forget_part(self, request: Any, response: Any) -> None:
         """Forget a part."""
         if not self._parts.forget(self._parts.require(request.part_id)):
             response.message = self._equipment.not_recorded()
 
-    def get(self, request: Any, response: Any) -> None:
+    def get_job(self, request: Any, response: Any) -> None:
         """How far a job is."""
         job, event = self._look_up(request.job_id)
         response.state = event.event
@@ -238,7 +243,7 @@ class Services:
         response.drops_total = event.drops
         response.statistics = self._reports.answer_of(request.job_id, job)
 
-    def list(self, request: Any, response: Any) -> None:
+    def list_jobs(self, request: Any, response: Any) -> None:
         """All jobs."""
         present = {job.job_id: job_reports.job_event(job) for job in self._jobs.all()}
         events = self._reports.ends | present
@@ -255,7 +260,7 @@ class Services:
         for name in ("job_id", "part_id", "state", "drops_done", "drops_total"):
             setattr(response, name, [getattr(status, name) for status in response.jobs])
 
-    def cancel(self, request: Any, response: Any) -> None:
+    def cancel_job(self, request: Any, response: Any) -> None:
         """Cancel a job; what was done is kept."""
         job, event = self._look_up(request.job_id)
         if job is None:
@@ -278,7 +283,7 @@ class Services:
         if event is None:
             raise errors.RequestError(
                 "the job_id of a drop simulation",
-                part_requests.shown(job_id),
+                part_requests.quote_text(job_id),
                 "list_drop_simulations lists those that the node knows",
             )
         return job, event

@@ -18,7 +18,7 @@ from ...base.text import several
 from ...core.records import Part, statistics
 from ...core.records.scene import Numbering
 from ...node.recording import decoding
-from ...node.recording.reader import RawMessage, files_of_bag, raw_messages
+from ...node.recording.reader import RawMessage, files_of_bag, read_messages
 from . import camera_counts
 from .jobs import DropCollector, DropLog, Job, JobCollector
 from .results import ResultCollector, ResultHistory
@@ -136,7 +136,7 @@ class FileMessages:
             if self._file.suffix == SQLITE:
                 yield from self._sqlite_messages()
             else:
-                yield from raw_messages(self._file, self._damaged, self._on_read)
+                yield from read_messages(self._file, self._damaged, self._on_read)
         except OSError as error:
             raise BagError(
                 "a readable bag file",
@@ -370,7 +370,7 @@ class _BagReader:
                 self._drops.add(message)
         except (AttributeError, OverflowError, TypeError, ValueError):
             # A definition of another kind under our name, or numbers that cannot be.
-            self._decoders.failed += 1
+            self._decoders.failures += 1
 
     def _add_result(self, message: Any, time: int, topic: str) -> None:
         if not getattr(message, "poses", ()):
@@ -402,7 +402,7 @@ class _BagReader:
         left_out = {
             **self._notes,
             "{} left out, broken or of another definition: message": (
-                self._decoders.failed
+                self._decoders.failures
             ),
             "{} left out, with more poses than numbers or fewer: camera count": (
                 counts.refused

@@ -71,7 +71,7 @@ class Marker(NamedTuple):
     name: str = ""
     kind: int = 0
     # position in the frame, metres, and quaternion x y z w
-    place: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    pose: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
     color: tuple[float, ...] = (
         0.0,
@@ -86,21 +86,23 @@ class Marker(NamedTuple):
     number: int = 0  # of the marker among those of the name
     action: int = ADD
     stamp: int = 0  # nanoseconds
-    locked: bool = False  # whether it moves with its frame
+    is_locked: bool = False  # whether it moves with its frame
 
 
 def marker_array_message(markers: list[Marker]) -> bytes:
     """A visualization_msgs/MarkerArray, serialised."""
     message = CdrWriter().number("I", len(markers))
-    for one in markers:
-        message.header(one.stamp, one.frame).string(one.name)
-        message.number("i", one.number, one.kind, one.action)
-        message.doubles(one.place).doubles(one.scale).number("f", *one.color)
-        message.number("i", 0).number("I", 0).number("?", one.locked)  # shown for ever
-        message.number("I", one.corners.size // 3).doubles(one.corners).number(
+    for marker in markers:
+        message.header(marker.stamp, marker.frame).string(marker.name)
+        message.number("i", marker.number, marker.kind, marker.action)
+        message.doubles(marker.pose).doubles(marker.scale).number("f", *marker.color)
+        message.number("i", 0).number("I", 0).number(
+            "?", marker.is_locked
+        )  # shown for ever
+        message.number("I", marker.corners.size // 3).doubles(marker.corners).number(
             "I", 0
         ).string("")
         message.header(0, "").string("").number("I", 0)  # no texture
-        message.number("I", 0).string(one.text)
+        message.number("I", 0).string(marker.text)
         message.string("").string("").number("I", 0).number("?", False)  # no file
     return message.message()

@@ -17,11 +17,11 @@ ENERGY = "/drop/energy"
 REACH = "/drop/within_reach"
 PLATE = "plate"
 FRAME = "part"  # frames: the plate, z up, and the part's own
-FINEST = 10_000  # triangles of the marker
+MAX_TRIANGLES = 10_000  # triangles of the marker
 START = (
     SECOND  # time [ns] of the release in the file; 0 has a meaning of its own in ROS
 )
-EVERY = (
+MARKER_INTERVAL = (
     SECOND // 4
 )  # between two copies of the markers, for viewers that begin anywhere
 _TIME = "int32 sec\nuint32 nanosec\n"
@@ -69,18 +69,20 @@ TYPES = {
 
 
 def write_film(
-    file: Path, part: Part, frames: DropFrames, within: Callable[[float], str]
+    file: Path, part: Part, frames: DropFrames, describe_reach: Callable[[float], str]
 ) -> None:
     """Write a drop to a new MCAP file, in true time; `within`: poses in reach of joules."""
     film = bag_file.BagFile(file, TYPES)
-    places = -(vectors.rotation_matrices(frames.orientations) @ part.center_of_mass)
-    places[:, 2] += frames.heights
-    still = np.maximum(np.arange(len(frames.times)) - frames.rest_frame, 0) / RATE
-    drawn = -EVERY
-    for k, time in enumerate((frames.times + still).tolist()):
+    positions = -(vectors.rotation_matrices(frames.orientations) @ part.center_of_mass)
+    positions[:, 2] += frames.heights
+    rest_seconds = (
+        np.maximum(np.arange(len(frames.times)) - frames.rest_frame, 0) / RATE
+    )
+    marker_stamp = -MARKER_INTERVAL
+    for k, time in enumerate((frames.times + rest_seconds).tolist()):
         stamp = START + round(SECOND * time)
-        if stamp - drawn >= EVERY:
-            drawn = stamp
+        if stamp - marker_stamp >= MARKER_INTERVAL:
+            marker_stamp = stamp
             film.append(BODY, memoryview(_markers(part, stamp)), stamp)
         energy = float(frames.energies[k])
         transform = (
@@ -88,7 +90,7 @@ def write_film(
             .number("I", 1)
             .header(stamp, PLATE)
             .string(FRAME)
-            .doubles(places[k])
+            .doubles(positions[k])
             .doubles(frames.orientations[k])
         )
         film.append(TF, memoryview(transform.message()), stamp)
@@ -96,17 +98,19 @@ def write_film(
             ENERGY, memoryview(CdrWriter().number("d", energy).message()), stamp
         )
         film.append(
-            REACH, memoryview(CdrWriter().string(within(energy)).message()), stamp
+            REACH,
+            memoryview(CdrWriter().string(describe_reach(energy)).message()),
+            stamp,
         )
     film.finish()
 
 
 def _markers(part: Part, stamp: int) -> bytes:
     """The part in its own frame, which the transforms move, and the plate below it."""
-    corners = decimation.visible_triangles(part, FINEST).reshape(-1, 3)
-    about = corners - part.center_of_mass
-    reach = float(np.sqrt((about * about).sum(axis=1).max()))
-    thin = 0.02 * reach
+    corners = decimation.visible_triangles(part, MAX_TRIANGLES).reshape(-1, 3)
+    offsets = corners - part.center_of_mass
+    reach = float(np.sqrt((offsets * offsets).sum(axis=1).max()))
+    thickness = 0.02 * reach
     return marker_array_message(
         [
             Marker(
@@ -116,17 +120,17 @@ def _markers(part: Part, stamp: int) -> bytes:
                 color=(0.42, 0.64, 0.92, 1.0),
                 corners=corners,
                 stamp=stamp,
-                locked=True,
+                is_locked=True,
             ),
             Marker(
                 PLATE,
                 PLATE,
                 CUBE,
-                (0.0, 0.0, -0.5 * thin, 0.0, 0.0, 0.0, 1.0),
-                (3.0 * reach, 3.0 * reach, thin),
+                (0.0, 0.0, -0.5 * thickness, 0.0, 0.0, 0.0, 1.0),
+                (3.0 * reach, 3.0 * reach, thickness),
                 (0.8, 0.8, 0.8, 1.0),
                 stamp=stamp,
-                locked=True,
+                is_locked=True,
             ),
         ]
     )

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from textwrap import indent
 
-from mcap import data_stream, opcode, records as mcap
+from mcap import data_stream, opcode, records
 
 from ....base.version import VERSION
 from .message_types import MessageType
@@ -42,8 +42,8 @@ _FOREVER = "\n    sec: 9223372036\n    nsec: 854775807"
 class Contents:
     """Schemas, channels and counts of one file: kept while writing, filled while scanning."""
 
-    schemas: dict[int, mcap.Schema] = field(default_factory=dict)  # by their ids
-    channels: dict[int, mcap.Channel] = field(default_factory=dict)
+    schemas: dict[int, records.Schema] = field(default_factory=dict)  # by their ids
+    channels: dict[int, records.Channel] = field(default_factory=dict)
     counts: dict[int, int] = field(default_factory=dict)  # messages a channel id
     # log time of the first and the last message [ns]; without messages both the time of the file's
     # making, where it is known
@@ -67,21 +67,21 @@ Files = Mapping[str, Contents]  # contents of a bag's files by their names, in o
 
 def metadata_yaml(files: Files) -> str:
     """Text of `metadata.yaml` (rosbag2's version 9)."""
-    held = [contents for contents in files.values() if contents.messages] or list(
-        files.values()
-    )
-    start = min(contents.start for contents in held)
+    nonempty_contents = [
+        contents for contents in files.values() if contents.messages
+    ] or list(files.values())
+    start = min(contents.start for contents in nonempty_contents)
     lines = [
         "version: 9",
         "storage_identifier: mcap",
-        f"duration:\n  nanoseconds: {max(contents.end for contents in held) - start}",
+        f"duration:\n  nanoseconds: {max(contents.end for contents in nonempty_contents) - start}",
         f"starting_time:\n  nanoseconds_since_epoch: {start}",
-        f"message_count: {sum(contents.messages for contents in held)}",
-        _list("topics_with_message_count", _topics(files.values())),
+        f"message_count: {sum(contents.messages for contents in nonempty_contents)}",
+        _yaml_list("topics_with_message_count", _topics(files.values())),
         'compression_format: ""',
         'compression_mode: ""',
-        _list("relative_file_paths", map(json.dumps, files)),
-        _list(
+        _yaml_list("relative_file_paths", map(json.dumps, files)),
+        _yaml_list(
             "files",
             (
                 f"path: {json.dumps(name)}\n"
@@ -97,7 +97,7 @@ def metadata_yaml(files: Files) -> str:
     return "rosbag2_bagfile_information:\n" + indent("\n".join(lines) + "\n", "  ")
 
 
-def _list(key: str, items: Iterable[str]) -> str:
+def _yaml_list(key: str, items: Iterable[str]) -> str:
     """A YAML list of blocks under a key."""
     text = "".join(f"\n  - {indent(item, '    ').lstrip()}" for item in items)
     return f"{key}:{text or ' []'}"
@@ -105,11 +105,11 @@ def _list(key: str, items: Iterable[str]) -> str:
 
 def _topics(files: Iterable[Contents]) -> list[str]:
     """The topics of several files, each once, in order of appearance."""
-    described: dict[str, str] = {}
+    descriptions: dict[str, str] = {}
     totals: dict[str, int] = {}
     for contents in files:
         for number, channel in contents.channels.items():
-            described[channel.topic] = f"""\
+            descriptions[channel.topic] = f"""\
 topic_metadata:
   name: {json.dumps(channel.topic)}
   type: {json.dumps(contents.schemas[channel.schema_id].name)}
@@ -121,11 +121,12 @@ topic_metadata:
                 number, 0
             )
     return [
-        f"{text}\nmessage_count: {totals[topic]}" for topic, text in described.items()
+        f"{text}\nmessage_count: {totals[topic]}"
+        for topic, text in descriptions.items()
     ]
 
 
-def _qos(latched: bool) -> str:
+def _qos_text(latched: bool) -> str:
     """A list with one profile, values as words, as rosbag2 writes it since version 9."""
     return f"""\
 - history: keep_last
@@ -141,7 +142,7 @@ def _qos(latched: bool) -> str:
 
 def magic_and_header() -> bytes:
     """What every file begins with."""
-    return MAGIC + _encoded([mcap.Header("ros2", f"ros_pose_stats {VERSION}")])
+    return MAGIC + _encode([records.Header("ros2", f"ros_pose_stats {VERSION}")])
 
 
 def message_size(data: memoryview) -> int:
@@ -158,41 +159,39 @@ def message_head(channel: int, number: int, log_time: int, data: memoryview) -> 
 
 
 def opening(
-    types: Mapping[str, MessageType], now: int, node: str
+    types: Mapping[str, MessageType], creation_time: int, node: str
 ) -> tuple[bytes, Contents]:
     """The beginning of a file made `now` [ns], and its contents so far; topics carry the node."""
-    contents = Contents(start=now, end=now)
+    contents = Contents(start=creation_time, end=creation_time)
     numbers: dict[str, int] = {}
     for channel, (topic, kind) in enumerate(types.items(), 1):
         schema = numbers.setdefault(kind.name, len(numbers) + 1)
-        contents.schemas[schema] = mcap.Schema(
+        contents.schemas[schema] = records.Schema(
             schema, kind.definition.encode(), "ros2msg", kind.name
         )
-        contents.channels[channel] = mcap.Channel(
+        contents.channels[channel] = records.Channel(
             channel,
             topic,
             "cdr",
             {
-                "offered_qos_profiles": _qos(topic in LATCHED),
+                "offered_qos_profiles": _qos_text(topic in LATCHED),
                 "topic_type_hash": kind.type_hash,
                 "node": node,
             },
             schema,
         )
-    records = map(
-        _encoded,
-        ([one] for one in (*contents.schemas.values(), *contents.channels.values())),
-    )
-    return magic_and_header() + b"".join(
-        CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(record)) + record for record in records
-    ), contents
+    start = magic_and_header()
+    for description in (*contents.schemas.values(), *contents.channels.values()):
+        record = _encode([description])
+        start += CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(record)) + record
+    return start, contents
 
 
 def closing(contents: Contents, offset: int) -> bytes:
     """What makes a file complete, at an offset: end of data, summary, footer."""
-    data_end = _encoded([mcap.DataEnd(0)])
+    data_end = _encode([records.DataEnd(0)])
     start = offset + len(data_end)
-    statistics = mcap.Statistics(
+    statistics = records.Statistics(
         attachment_count=0,
         channel_count=len(contents.channels),
         channel_message_counts=contents.counts,
@@ -203,28 +202,30 @@ def closing(contents: Contents, offset: int) -> bytes:
         metadata_count=0,
         schema_count=len(contents.schemas),
     )
-    groups: list[tuple[opcode.Opcode, Iterable[mcap.McapRecord]]] = [
+    groups: list[tuple[opcode.Opcode, Iterable[records.McapRecord]]] = [
         (opcode.Opcode.SCHEMA, contents.schemas.values()),
         (opcode.Opcode.CHANNEL, contents.channels.values()),
         (opcode.Opcode.STATISTICS, [statistics]),
     ]
     summary = b""
-    offsets: list[mcap.McapRecord] = []
-    for code, records in groups:
-        group = _encoded(records)
+    offsets: list[records.McapRecord] = []
+    for code, group_records in groups:
+        group = _encode(group_records)
         if group:
-            offsets.append(mcap.SummaryOffset(code, start + len(summary), len(group)))
+            offsets.append(
+                records.SummaryOffset(code, start + len(summary), len(group))
+            )
         summary += group
     offsets_start = start + len(summary)
-    summary += _encoded(offsets)
-    footer = _encoded([mcap.Footer(start, offsets_start, 0)])[:-4]
+    summary += _encode(offsets)
+    footer = _encode([records.Footer(start, offsets_start, 0)])[:-4]
     check = zlib.crc32(footer, zlib.crc32(summary))
     return data_end + summary + footer + struct.pack("<I", check) + MAGIC
 
 
-def _encoded(records: Iterable[mcap.McapRecord]) -> bytes:
+def _encode(records_in_order: Iterable[records.McapRecord]) -> bytes:
     """Records one after the other."""
     builder = data_stream.RecordBuilder()
-    for record in records:
+    for record in records_in_order:
         record.write(builder)
     return bytes(builder.end())  # type: ignore[no-untyped-call]

@@ -62,9 +62,9 @@ class MessageType:
             [
                 self.texts[self.name],
                 *(
-                    f"{SEPARATOR}\nMSG: {other.replace('/msg/', '/')}\n{text}"
-                    for other, text in self.texts.items()
-                    if other != self.name
+                    f"{SEPARATOR}\nMSG: {name.replace('/msg/', '/')}\n{text}"
+                    for name, text in self.texts.items()
+                    if name != self.name
                 ),
             ]
         )
@@ -84,35 +84,35 @@ def message_type(name: str, share: Callable[[str], Path]) -> MessageType:
     `share`: share folder of a package; OSError where that has no such message.
     """
 
-    def read(type_name: str, suffix: str = ".msg") -> str:
+    def read_text(type_name: str, suffix: str = ".msg") -> str:
         package, _, short = type_name.split("/")
         return (Path(share(package)) / "msg" / f"{short}{suffix}").read_text(
             encoding="utf-8"
         )
 
-    texts = used_texts(name, read)
+    texts = used_texts(name, read_text)
     try:
         hashes = {
-            one["type_name"]: str(one["hash_string"])
-            for one in json.loads(read(name, ".json"))["type_hashes"]
+            entry["type_name"]: str(entry["hash_string"])
+            for entry in json.loads(read_text(name, ".json"))["type_hashes"]
         }
     except (FileNotFoundError, json.JSONDecodeError):
         hashes = {}
     return MessageType(name, texts, hashes.get(name, ""))
 
 
-def used_texts(name: str, read: Callable[[str], str]) -> dict[str, str]:
+def used_texts(name: str, read_text: Callable[[str], str]) -> dict[str, str]:
     """The text of a type and those of all that it uses, each of which `read` gives by name."""
-    texts = {name: read(name)}
+    texts = {name: read_text(name)}
     waiting = [name]
     while waiting:
-        used = waiting.pop(0)
-        for field in fields(texts[used], used.partition("/")[0]):
+        type_name = waiting.pop(0)
+        for field in fields(texts[type_name], type_name.partition("/")[0]):
             if (
                 field.kind not in PRIMITIVES
                 and field.kind not in STRINGS | texts.keys()
             ):
-                texts[field.kind] = read(field.kind)
+                texts[field.kind] = read_text(field.kind)
                 waiting.append(field.kind)
     return texts
 
@@ -151,7 +151,7 @@ class CdrLength:
     def __init__(self, kind: MessageType) -> None:
         self._skip: Skip | None = None
         with suppress(KeyError):  # a type that is not defined, or a wstring
-            self._skip = _value(kind.name, kind.texts)[0]
+            self._skip = _skip_value(kind.name, kind.texts)[0]
 
     def trimmed(self, data: bytes) -> memoryview:
         """The message without what follows it; all of it where that cannot be told."""
@@ -164,55 +164,56 @@ class CdrLength:
             return view
 
 
-def _value(kind: str, texts: dict[str, str]) -> _Kind:
+def _skip_value(kind: str, texts: dict[str, str]) -> _Kind:
     """How to pass over a single value of a type."""
     if kind == "string":
-        return lambda data, place: 4 + sum(_counted(data, place)), False
+        return lambda data, position: 4 + sum(_read_count(data, position)), False
     if kind in PRIMITIVES:
         size = PRIMITIVES[kind]
-        return lambda data, place: place + -place % size + size, True
+        return lambda data, position: position + -position % size + size, True
     parts = [
-        _field(field, texts) for field in fields(texts[kind], kind.partition("/")[0])
+        _skip_field(field, texts)
+        for field in fields(texts[kind], kind.partition("/")[0])
     ]
     steps = [skip for skip, _ in parts] or [
-        _value("byte", texts)[0]
+        _skip_value("byte", texts)[0]
     ]  # of an empty message
 
-    def skip(data: memoryview, place: int) -> int:
+    def skip(data: memoryview, position: int) -> int:
         for step in steps:
-            place = step(data, place)
-        return place
+            position = step(data, position)
+        return position
 
-    return skip, all(fixed for _, fixed in parts)
+    return skip, all(is_fixed for _, is_fixed in parts)
 
 
-def _counted(data: memoryview, place: int) -> tuple[int, int]:
+def _read_count(data: memoryview, position: int) -> tuple[int, int]:
     """Where the count of a sequence or a string begins, and the count."""
-    place += -place % 4
-    return place, int(_COUNT.unpack_from(data, place)[0])
+    position += -position % 4
+    return position, int(_COUNT.unpack_from(data, position)[0])
 
 
-def _field(field: Field, texts: dict[str, str]) -> _Kind:
+def _skip_field(field: Field, texts: dict[str, str]) -> _Kind:
     """How to pass over a field.
 
     Where a value of fixed size ends, modulo its widest alignment, does not depend on where it
     begins: from the second on all are equally far apart.
     """
-    skip, fixed = _value(field.kind, texts)
+    skip, is_fixed = _skip_value(field.kind, texts)
     if field.count == SINGLE:
-        return skip, fixed
+        return skip, is_fixed
 
-    def skip_all(data: memoryview, place: int) -> int:
+    def skip_all(data: memoryview, position: int) -> int:
         count = field.count
         if count == SEQUENCE:
-            place, count = _counted(data, place)
-            place += 4
-        if fixed and count > 2:
-            first = skip(data, place)
+            position, count = _read_count(data, position)
+            position += 4
+        if is_fixed and count > 2:
+            first = skip(data, position)
             second = skip(data, first)
             return second + (count - 2) * (second - first)
         for _ in range(count):
-            place = skip(data, place)
-        return place
+            position = skip(data, position)
+        return position
 
-    return skip_all, fixed and field.count != SEQUENCE
+    return skip_all, is_fixed and field.count != SEQUENCE
