@@ -71,7 +71,7 @@ def measure_documents(
     return Documents(datasets[0], tables, bars, measured)
 
 
-def write_documents(found: Documents, folder: Path) -> list[Path]:
+def write_documents(documents: Documents, folder: Path) -> list[Path]:
     """Write `measured/accuracy.md`, its figures and numbers, whole or not at all.
 
     Parameters
@@ -88,37 +88,37 @@ def write_documents(found: Documents, folder: Path) -> list[Path]:
     return write_page(
         folder,
         PAGE,
-        accuracy_page(found.tables, found.bars, found.measured),
+        accuracy_page(documents.tables, documents.bars, documents.measured),
         {
-            "noise": draw_noise(found.first, found.tables[0]),
-            "estimators": draw_estimators(found.first, found.tables[0]),
-            "prisms": draw_prisms(found.bars),
-            "speed_accuracy": draw_chart(found.measured),
+            "noise": draw_noise(documents.first, documents.tables[0]),
+            "estimators": draw_estimators(documents.first, documents.tables[0]),
+            "prisms": draw_prisms(documents.bars),
+            "speed_accuracy": draw_chart(documents.measured),
         },
         {
-            "table": [one.as_dict() for one in found.tables],
-            "prisms": found.bars.as_dict(),
-            "chart": found.measured.as_dict(),
+            "table": [results.as_dict() for results in documents.tables],
+            "prisms": documents.bars.as_dict(),
+            "chart": documents.measured.as_dict(),
         },
     )
 
 
-def write_chart(found: ChartResults, file: Path) -> list[Path]:
+def write_chart(results: ChartResults, file: Path) -> list[Path]:
     """Draw the chart to a file, and write its numbers to one that ends in .json beside it."""
-    figure = draw_chart(found)
+    figure = draw_chart(results)
 
-    def write(aside: Path) -> None:
-        save_figure(figure, aside / file.name)
-        write_json(aside / f"{file.stem}.json", found.as_dict())
+    def write(staging: Path) -> None:
+        save_figure(figure, staging / file.name)
+        write_json(staging / f"{file.stem}.json", results.as_dict())
 
     return write_whole(file.parent, write)
 
 
-def write_prisms(found: PrismResults, file: Path) -> list[Path]:
+def write_prisms(results: PrismResults, file: Path) -> list[Path]:
     """Draw the square prisms to a file."""
-    figure = draw_prisms(found)
+    figure = draw_prisms(results)
     return write_whole(
-        file.parent, lambda aside: save_figure(figure, aside / file.name)
+        file.parent, lambda staging: save_figure(figure, staging / file.name)
     )
 
 
@@ -179,7 +179,7 @@ def accuracy_page(
             chart_text(measured),
             "",
             TABLES,
-            *(f"{table_text(one)}\n" for one in tables),
+            *(f"{table_text(results)}\n" for results in tables),
             PRISMS,
             f"```text\n{prisms_text(bars)}\n```",
             "",
@@ -191,55 +191,62 @@ CURVE = np.arange(201) / 200.0
 PAPER_SAID = "0.2, 0.5\nand 0.8"
 """The paper's restitutions in the chart's subtitle."""
 
-CURVED = "qse"
+FITTED = "qse"
 """The estimator that Eq. 6 is fitted to."""
 
 
-def draw_noise(dataset: Dataset, found: TableResults) -> Figure:
+def draw_noise(dataset: Dataset, results: TableResults) -> Figure:
     """Fig. 2: the simulated probabilities against binomial numbers drawn from them."""
-    drops = found.first
-    simulated = _first(dataset, found)
-    drawn = np.random.default_rng(dataset.spec.seed).binomial(
+    drops = results.first
+    simulated = simulate_first_drops(dataset, results)
+    counts = np.random.default_rng(dataset.spec.seed).binomial(
         drops, simulated.probability
     )
     return noise_figure(
-        drawn / drops, simulated.probability, drops, noise_of(simulated, drops).error
+        counts / drops, simulated.probability, drops, noise_of(simulated, drops).error
     )
 
 
-def draw_estimators(dataset: Dataset, found: TableResults) -> Figure:
+def draw_estimators(dataset: Dataset, results: TableResults) -> Figure:
     """Fig. 4: every estimator against the first drops, all restitutions."""
-    simulated = _first(dataset, found).probability
-    told = found.estimates.values()
+    simulated = simulate_first_drops(dataset, results).probability
+    estimates = results.estimates.values()
     panels = [
         Panel(
             row.title,
-            np.concatenate([one[row.name] for one in told]),
+            np.concatenate([estimate[row.name] for estimate in estimates]),
             simulated,
             row.pooled.error,
             row.first.largest,
-            (CURVE, nonlinear(CURVE)) if row.name == CURVED else None,
+            (CURVE, nonlinear(CURVE)) if row.name == FITTED else None,
         )
-        for row in found.rows
+        for row in results.rows
     ]
-    return estimators_figure(panels, found.first)
+    return estimators_figure(panels, results.first)
 
 
-def draw_chart(found: ChartResults) -> Figure:
+def draw_chart(results: ChartResults) -> Figure:
     """Time of a part against error, one panel a size of part."""
-    restitutions = found.spec.restitutions
-    said = (
+    restitutions = results.spec.restitutions
+    subtitle = (
         SUBTITLE
         if restitutions == PAPER_RESTITUTIONS
-        else SUBTITLE.replace(PAPER_SAID, ", ".join(f"{one:g}" for one in restitutions))
+        else SUBTITLE.replace(
+            PAPER_SAID, ", ".join(f"{size:g}" for size in restitutions)
+        )
     )
     return speed_accuracy_figure(
-        [one.panel() for one in found.sizes], level=INTERVAL_LEVEL, subtitle=said
+        [size.panel() for size in results.sizes],
+        level=INTERVAL_LEVEL,
+        subtitle=subtitle,
     )
 
 
-def _first(dataset: Dataset, found: TableResults) -> SimulatedPoses:
+def simulate_first_drops(dataset: Dataset, results: TableResults) -> SimulatedPoses:
     """The first drops, as many as in the paper, at every restitution."""
     return pooled(
-        [dataset.simulated(one, found.first) for one in dataset.spec.restitutions]
+        [
+            dataset.simulated(restitution, results.first)
+            for restitution in dataset.spec.restitutions
+        ]
     )

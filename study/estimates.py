@@ -28,17 +28,17 @@ def restings(
     on_progress : callable, optional
         Called with the number of bodies done.
     """
-    found = []
+    poses = []
     for number in range(
         dataset.spec.bodies
     ):  # threads would wait for the lock and be slower
-        found.append(dataset.resting(number))
+        poses.append(dataset.resting(number))
         on_progress(number + 1)
-    return found
+    return poses
 
 
 def estimates(
-    poses: list[RestingPoses], scene: DropScene, known: dict[str, Array] | None = None
+    poses: list[RestingPoses], scene: DropScene, earlier: dict[str, Array] | None = None
 ) -> dict[str, Array]:
     """Probabilities (P,) of all bodies' poses in one scene, by the name of the method.
 
@@ -50,11 +50,11 @@ def estimates(
     known : dict of str to (P,) array, optional
         Estimates for another scene; those of methods that do not know the scene are taken over.
     """
-    again = {} if known is None else known
+    reusable = {} if earlier is None else earlier
     return {
-        name: again[name]
-        if name in again and not entry.knows_scene
-        else np.concatenate([entry.function(one, scene) for one in poses])
+        name: reusable[name]
+        if name in reusable and not entry.knows_scene
+        else np.concatenate([entry.function(resting, scene) for resting in poses])
         for name, entry in ESTIMATORS.items()
     }
 
@@ -63,14 +63,14 @@ def scene_estimates(
     dataset: Dataset, poses: list[RestingPoses]
 ) -> dict[float, dict[str, Array]]:
     """Estimates at each restitution of a dataset, as from `estimates`."""
-    found: dict[float, dict[str, Array]] = {}
-    known = None
+    by_restitution: dict[float, dict[str, Array]] = {}
+    earlier = None
     for restitution in dataset.spec.restitutions:
-        known = estimates(
-            poses, DropScene(restitution, dataset.spec.drop_height, 0.0, 0), known
+        earlier = estimates(
+            poses, DropScene(restitution, dataset.spec.drop_height, 0.0, 0), earlier
         )
-        found[restitution] = known
-    return found
+        by_restitution[restitution] = earlier
+    return by_restitution
 
 
 def square_errors(values: Array, reference: SimulatedPoses) -> Array:

@@ -136,7 +136,7 @@ class Plate:
         self.engine: Any = import_module("mujoco")
         resting = resting_poses(part, cluster_tolerance, 0)
         body = resting.body
-        found = resting.equilibria
+        equilibria = resting.equilibria
         groups = resting.clusters
         self.moment, self.axes = np.linalg.eigh(
             part.inertia / (part.mass * body.radius**2)
@@ -144,7 +144,7 @@ class Plate:
         self.axes[:, 0] *= np.linalg.det(self.axes)
         self.points = body.points @ self.axes
         self.nearness = body.arrays.normal @ self.axes / body.arrays.distance[:, None]
-        stable = found.rank[found.arrays.basin]
+        stable = equilibria.rank[equilibria.arrays.basin]
         self.pose = groups.pose[stable]
         self.decided = groups.exit_level[self.pose]
         numbers = (
@@ -160,14 +160,14 @@ class Plate:
         self.model.geom_solimp[:] = 0.9999, 0.9999, 0.001, 0.5, 2.0
         self.model.opt.timestep = softness.step
 
-    def place(self, turn: Array, height: float, speed: float) -> Array:
+    def release(self, turn: Array, height: float, speed: float) -> Array:
         """Put the part at a height, falling without turning; return the vertices' heights."""
         self.engine.mj_resetData(self.model, self.data)
         self.data.qpos[:] = 0.0, 0.0, height, *turn
         self.data.qvel[2] = -speed
-        return np.asarray(self.points @ self.up() + height)
+        return np.asarray(self.points @ self.vertical() + height)
 
-    def up(self) -> Array:
+    def vertical(self) -> Array:
         """Vertical direction in body axes."""
         w, x, y, z = self.data.qpos[3:].tolist()
         return np.array(
@@ -179,20 +179,20 @@ class Plate:
 
         The fall itself is exact; `phase` (0 to 1) is the place of the impact in its time step.
         """
-        heights = self.place(turn, 0.0, 0.0)
+        heights = self.release(turn, 0.0, 0.0)
         vertex = int(np.argmin(heights))
         speed = math.sqrt(2.0 * (HEIGHT + heights[vertex]))
-        self.place(
+        self.release(
             turn, phase * speed * self.model.opt.timestep - heights[vertex], speed
         )
         depth = 0.0
         touched = False
         while not touched or heights[vertex] < 0.0:
             self.engine.mj_step(self.model, self.data)
-            heights = self.points @ self.up() + self.data.qpos[2]
+            heights = self.points @ self.vertical() + self.data.qpos[2]
             depth = max(depth, -heights.min())
             touched = touched or heights[vertex] < 0.0
-        turning = np.cross(self.data.qvel[3:], self.points[vertex]) @ self.up()
+        turning = np.cross(self.data.qvel[3:], self.points[vertex]) @ self.vertical()
         return float(depth), float((self.data.qvel[2] + turning) / speed)
 
     def drop(self, turn: Array) -> tuple[float, int]:
@@ -207,7 +207,7 @@ class Plate:
         mj_step = self.engine.mj_step
         model = self.model
         data = self.data
-        self.place(turn, HEIGHT, 0.0)
+        self.release(turn, HEIGHT, 0.0)
         spring = -1.5 * float(model.geom_solref[0, 0])
         while (
             chunks * CHECK_EVERY * model.opt.timestep < LONGEST
@@ -216,18 +216,18 @@ class Plate:
             mj_step(model, data, nstep=CHECK_EVERY)
             seconds += time.perf_counter() - begin
             chunks += 1
-            down = -self.up()
+            direction = -self.vertical()
             height = data.qpos[2]
             velocity = data.qvel
-            face = int(np.argmax(self.nearness @ down))
-            depth = max(0.0, (self.points @ down).max() - height)
-            spin = (self.moment * down) @ velocity[3:]
+            face = int(np.argmax(self.nearness @ direction))
+            depth = max(0.0, (self.points @ direction).max() - height)
+            spin = (self.moment * direction) @ velocity[3:]
             energy = (
                 height
                 + spring * depth**2
                 + 0.5 * velocity[2] ** 2
                 + 0.5 * self.moment @ velocity[3:] ** 2
-                - 0.5 * spin**2 / (self.moment @ down**2)
+                - 0.5 * spin**2 / (self.moment @ direction**2)
             )
             if energy < self.decided[face]:
                 return seconds, int(self.pose[face])

@@ -91,17 +91,17 @@ def judged(part: Part, restitution: float, options: dict[str, Any]) -> Case:
     def square(shares: Array) -> float:
         return float(np.mean(np.square(shares - true) - noise))
 
-    alone = estimate(part, "split", **scene)
-    found = auto(part, **scene)
-    counts = by_index(found, "count")
-    away = np.abs(by_index(found, "probability") - true)
+    estimated = estimate(part, "split", **scene)
+    checked = auto(part, **scene)
+    counts = by_index(checked, "count")
+    away = np.abs(by_index(checked, "probability") - true)
     return Case(
-        square(by_index(alone, "probability")),
-        alone.expected_error**2,
+        square(by_index(estimated, "probability")),
+        estimated.expected_error**2,
         square(counts / counts.sum()) if counts.any() else math.nan,
-        square(by_index(found, "probability")),
-        found.expected_error**2,
-        bool((away <= found.largest_error + LARGEST * np.sqrt(noise)).all()),
+        square(by_index(checked, "probability")),
+        checked.expected_error**2,
+        bool((away <= checked.largest_error + LARGEST * np.sqrt(noise)).all()),
         tuple(
             square(by_index(auto(part, target, seed=3, **scene), "probability"))
             <= target**2
@@ -123,7 +123,7 @@ def row(name: str, cases: Sequence[Case], targets: bool) -> Row:
         for name in ("checked", "told", "drops")
     )
     largest = float(np.mean([case.largest for case in cases]))
-    kept = np.mean([case.kept for case in cases], axis=0)
+    target_shares = np.mean([case.kept for case in cases], axis=0)
     return Row(
         name,
         {
@@ -135,13 +135,13 @@ def row(name: str, cases: Sequence[Case], targets: bool) -> Row:
             "its told": told,
             "ratio": checked / told,
             "largest": 100.0 * largest,
-            "5/3/2": " / ".join(f"{100.0 * share:.0f}" for share in kept),
+            "5/3/2": " / ".join(f"{100.0 * share:.0f}" for share in target_shares),
         },
         (
             Target("checked / drops", checked / drops, 1.0),
             Target("ratio", checked / told, TRUE),
             Target("largest", largest, KEPT, at_least=True),
-            Target("targets kept", float(kept.mean()), KEPT, at_least=True),
+            Target("targets kept", float(target_shares.mean()), KEPT, at_least=True),
         )
         if targets
         else (),
@@ -150,13 +150,13 @@ def row(name: str, cases: Sequence[Case], targets: bool) -> Row:
 
 def sections(bodies: int) -> Iterator[Section]:
     """Measure the families that no fit has seen, and those of the fits."""
-    about = ABOUT.format(FEWEST, MOST, bodies)
+    description = ABOUT.format(FEWEST, MOST, bodies)
     for key, title, families in (
         ("checked", "Checked estimates of parts that rock", tuple(ROCKING)),
         ("checked_known", "Checked estimates of other families", KNOWN),
     ):
         rows = []
-        every = []
+        all_cases = []
         for family in families:
             tolerance, sides = family_options(family)
             options = {"cluster_tolerance": tolerance, "round_sides": sides}
@@ -168,9 +168,9 @@ def sections(bodies: int) -> Iterator[Section]:
                 for rho in RESTITUTIONS
             ]
             rows.append(row(family, cases, False))
-            every += cases
-        rows.append(row("all", every, True))
-        yield Section(key, title, about, tuple(rows))
+            all_cases += cases
+        rows.append(row("all", all_cases, True))
+        yield Section(key, title, description, tuple(rows))
 
 
 if __name__ == "__main__":

@@ -62,7 +62,7 @@ def sections(plan: Plan) -> Iterator[Section]:
     warm_up(polyhedra[0][0])
     yield all_estimators(
         [
-            *(some[0] for some in polyhedra),
+            *(of_size[0] for of_size in polyhedra),
             *(
                 make(vertices)
                 for make in (curved.ellipsoid, curved.sphere)
@@ -77,7 +77,7 @@ def sections(plan: Plan) -> Iterator[Section]:
         [curved.near_sphere(plan.near_sphere), curved.sphere(plan.near_sphere)],
         plan.slow,
     )
-    yield paper_size([body for some in polyhedra for body in some], plan.quick)
+    yield paper_size([body for of_size in polyhedra for body in of_size], plan.quick)
 
 
 def warm_up(body: Body) -> None:

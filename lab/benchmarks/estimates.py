@@ -81,7 +81,7 @@ def _rows(body: Body, pace: Pace, seconds: float | None = None) -> list[Row]:
             Contender("hull", lambda _: ConvexHull(body.vertices)),
             Contender(
                 "trimesh",
-                lambda made: compute_stable_poses(made, n_samples=1),
+                lambda mesh_object: compute_stable_poses(mesh_object, n_samples=1),
                 mesh,
                 collected=True,
             ),
@@ -95,26 +95,26 @@ def _rows(body: Body, pace: Pace, seconds: float | None = None) -> list[Row]:
 def _row(
     body: Body, part: Part, tolerance: float, timings: Timings, seconds: float | None
 ) -> Row:
-    own = f"{tolerance:g}"
+    contender = f"{tolerance:g}"
     resting = resting_poses(part, tolerance, round_sides=0)
     stable = len(resting.equilibria.order)
-    hulls = timings.ratio(own, "hull")
-    trimeshes = timings.ratio(own, "trimesh")
+    hulls = timings.ratio(contender, "hull")
+    trimeshes = timings.ratio(contender, "trimesh")
     targets = [Target("all / trimesh", trimeshes, 1.0)]
     if stable <= FEW_POSES and len(body.vertices) >= HULLS_FROM:
         targets.append(Target("all / hull", hulls, MOST_HULLS))
     if seconds is not None:
-        targets.append(Target("all, s", timings.median(own), seconds))
+        targets.append(Target("all, s", timings.median(contender), seconds))
     return Row(
-        f"{body.name}, {len(body.vertices)} vertices, tolerance {own}",
+        f"{body.name}, {len(body.vertices)} vertices, tolerance {contender}",
         {
             "stable": stable,
             "poses": len(resting.poses),
-            "all, ms": timings.milliseconds(own),
+            "all, ms": timings.milliseconds(contender),
             "hull, ms": timings.milliseconds("hull"),
             "trimesh, ms": timings.milliseconds("trimesh"),
             "all / hull": hulls,
-            "trimesh / all": timings.ratio("trimesh", own),
+            "trimesh / all": timings.ratio("trimesh", contender),
         },
         tuple(targets),
     )
@@ -148,12 +148,12 @@ def paper_size(bodies: Sequence[Body], pace: Pace) -> Section:
 
 
 def _paper_row(body: Body, pace: Pace) -> Row:
-    known = part_from_mesh(body.vertices, body.triangles)
-    resting = resting_poses(known, TOLERANCE, round_sides=0)
+    known_part = part_from_mesh(body.vertices, body.triangles)
+    resting = resting_poses(known_part, TOLERANCE, round_sides=0)
     points = resting.body.points
     arrays = resting.body.arrays
     tree = resting.equilibria.arrays.tree
-    wanted = resting.clusters.split
+    splits = resting.clusters.split
 
     def with_body() -> Part:
         part = part_from_mesh(body.vertices, body.triangles)
@@ -162,7 +162,7 @@ def _paper_row(body: Body, pace: Pace) -> Row:
 
     def without_splits() -> Part:
         vars(resting).pop("passage_r", None)
-        return known
+        return known_part
 
     def meae(part: Part) -> object:
         return estimate(part, "meae", cluster_tolerance=TOLERANCE, round_sides=0)
@@ -170,7 +170,7 @@ def _paper_row(body: Body, pace: Pace) -> Row:
     timings = race(
         [
             Contender(
-                "splits", lambda _: split_probabilities(arrays, tree, wanted, False)
+                "splits", lambda _: split_probabilities(arrays, tree, splits, False)
             ),
             Contender("equilibria", lambda _: find_equilibria(points, arrays)),
             Contender("estimate", meae, with_body),

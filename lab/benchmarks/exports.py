@@ -126,18 +126,23 @@ def compare(bodies: Sequence[Exports], drops: int) -> Section:
 
 
 def _row(body: Exports, drops: int, rng: np.random.Generator) -> Row:
-    made = [
+    exported_parts = [
         part_from_mesh(*in_float32(body.make(sides, float(rng.uniform(0.0, 6.0)))))
         for sides in body.sides
     ]
-    answers = {method: [estimate(part, method) for part in made] for method in METHODS}
+    answers = {
+        method: [estimate(part, method) for part in exported_parts]
+        for method in METHODS
+    }
     kinds = _kinds(answers["meae"][0])
     lists = {_list(kinds, answer) for answer in answers["meae"]}
-    apart = {
-        method: _spread(np.array([_of_kinds(kinds, answer) for answer in found]))
-        for method, found in answers.items()
+    spreads = {
+        method: _spread(
+            np.array([_of_kinds(kinds, answer) for answer in method_answers])
+        )
+        for method, method_answers in answers.items()
     }
-    counted = [simulate(part, drops, seed=k) for k, part in enumerate(made)]
+    counted = [simulate(part, drops, seed=k) for k, part in enumerate(exported_parts)]
     shares = np.array([_of_kinds(kinds, answer) for answer in counted])
     mean = shares.mean(axis=0)
     variance = mean * (1.0 - mean) / drops
@@ -147,12 +152,17 @@ def _row(body: Exports, drops: int, rng: np.random.Generator) -> Row:
     return Row(
         body.name,
         {
-            "exports": len(made),
-            "poses": " or ".join("+".join(map(str, one)) for one in sorted(lists)),
-            **{f"{method}, points": found for method, found in apart.items()},
+            "exports": len(exported_parts),
+            "poses": " or ".join(
+                "+".join(map(str, pose_list)) for pose_list in sorted(lists)
+            ),
+            **{
+                f"{method}, points": method_answers
+                for method, method_answers in spreads.items()
+            },
             "drops, points": _spread(shares),
             "noise, points": 100.0
-            * _usual_range(len(made))
+            * _usual_range(len(exported_parts))
             * float(np.sqrt(variance.max())),
             "beyond, points": beyond,
             "p": chance,
@@ -160,8 +170,8 @@ def _row(body: Exports, drops: int, rng: np.random.Generator) -> Row:
         (
             Target("lists", float(len(lists)), 2.0),
             *(
-                Target(f"{method}, points", found, ESTIMATED)
-                for method, found in apart.items()
+                Target(f"{method}, points", method_answers, ESTIMATED)
+                for method, method_answers in spreads.items()
             ),
             Target("drops beyond noise, points", beyond, DROPPED),
             Target("p", chance, LEAST_CHANCE, at_least=True),
@@ -171,11 +181,11 @@ def _row(body: Exports, drops: int, rng: np.random.Generator) -> Row:
 
 def _kinds(answer: PoseStatistics) -> Array:
     """Height over the radius and vertical of `down` (K, 2) of poses that differ."""
-    found: list[Array] = []
-    for one in _seen(answer):
-        if all(np.abs(one - other).max() > SAME_KIND for other in found):
-            found.append(one)
-    return np.array(sorted(map(tuple, found)))
+    kinds: list[Array] = []
+    for features in _seen(answer):
+        if all(np.abs(features - kind).max() > SAME_KIND for kind in kinds):
+            kinds.append(features)
+    return np.array(sorted(map(tuple, kinds)))
 
 
 def _seen(answer: PoseStatistics) -> Array:
@@ -192,18 +202,18 @@ def _kind_of(kinds: Array, answer: PoseStatistics) -> NDArray[np.int64]:
 
 def _list(kinds: Array, answer: PoseStatistics) -> tuple[int, ...]:
     """How many poses there are of each kind."""
-    found: list[int] = np.bincount(
+    numbers: list[int] = np.bincount(
         _kind_of(kinds, answer), minlength=len(kinds)
     ).tolist()
-    return tuple(found)
+    return tuple(numbers)
 
 
-def _of_kinds(kinds: Array, answer: PoseStatistics) -> Array:
+def _of_kinds(pose_kinds: Array, answer: PoseStatistics) -> Array:
     """Probability (K + 1,) of each kind, and of all poses that are none."""
     return np.bincount(
-        _kind_of(kinds, answer),
+        _kind_of(pose_kinds, answer),
         [pose.probability for pose in answer.poses],
-        minlength=len(kinds) + 1,
+        minlength=len(pose_kinds) + 1,
     ).astype(np.float64)
 
 
@@ -229,12 +239,14 @@ def compare_with_throws(drops: int) -> Section:
     """Table of the published shares of both ends."""
     rows = []
     for name, ratio, published in PUBLISHED:
-        found = simulate(
+        statistics = simulate(
             part_from_mesh(*in_float32(exports.cylinder(64, ratio, 0.3))),
             drops,
             seed=1,
         )
-        share = sum(pose.probability for pose in found.poses if abs(pose.down[2]) > 0.9)
+        share = sum(
+            pose.probability for pose in statistics.poses if abs(pose.down[2]) > 0.9
+        )
         rows.append(
             Row(
                 name,

@@ -73,26 +73,29 @@ class Plate:
         )
         self.clearance = clearance
 
-    def free(self, pose: NDArray[np.int64], wanted: Flags, random: Generator) -> Flags:
+    def free(
+        self, pose: NDArray[np.int64], is_wanted: Flags, random: Generator
+    ) -> Flags:
         """Throw parts (N,) that come to rest in these poses; which of those wanted are free."""
-        place = random.uniform(size=(len(pose), 2)) * self.size
+        positions = random.uniform(size=(len(pose), 2)) * self.size
         turn = random.uniform(0.0, 360.0, len(pose))
-        far = self.reach[pose]
-        near = (
-            np.hypot(*(place[:, None] - place).T) < far[:, None] + far + self.clearance
+        reach = self.reach[pose]
+        may_touch = (
+            np.hypot(*(positions[:, None] - positions).T)
+            < reach[:, None] + reach + self.clearance
         )
-        np.fill_diagonal(near, False)
-        free = wanted[pose]
-        for mine in np.flatnonzero(free):
-            here = self.grown[pose[mine]].rotate(turn[mine])
-            free[mine] = all(
+        np.fill_diagonal(may_touch, False)
+        free = is_wanted[pose]
+        for part in np.flatnonzero(free):
+            grown = self.grown[pose[part]].rotate(turn[part])
+            free[part] = all(
                 (
-                    here
-                    ^ self.outlines[pose[other]]
-                    .rotate(turn[other])
-                    .translate(place[other] - place[mine])
+                    grown
+                    ^ self.outlines[pose[neighbour]]
+                    .rotate(turn[neighbour])
+                    .translate(positions[neighbour] - positions[part])
                 ).is_empty()
-                for other in np.flatnonzero(near[mine])
+                for neighbour in np.flatnonzero(may_touch[part])
             )
         return free
 
@@ -108,8 +111,8 @@ def row(
     """One part on one plate; `seconds`: spent on the simulation."""
     poses = sorted(dropped.poses, key=lambda pose: pose.index)
     shares = np.array([pose.probability for pose in poses])
-    wanted = np.zeros(len(poses), dtype=np.bool_)
-    wanted[[pose.index for pose in dropped.poses[:2]]] = True
+    is_wanted = np.zeros(len(poses), dtype=np.bool_)
+    is_wanted[[pose.index for pose in dropped.poses[:2]]] = True
     long, wide, clearance = (radii * dropped.radius for radii in plate)
     numbers = np.arange(1, 200)
     fill = plate_fill(
@@ -117,10 +120,10 @@ def row(
         shares,
         (long, wide),
         clearance,
-        blocking_with_bays(part, poses, shares, np.flatnonzero(wanted), clearance),
+        blocking_with_bays(part, poses, shares, np.flatnonzero(is_wanted), clearance),
     )
-    told = numbers * (fill.free_probability(numbers) @ (shares * wanted))
-    best = int(told.argmax())
+    free_parts = numbers * (fill.free_probability(numbers) @ (shares * is_wanted))
+    best = int(free_parts.argmax())
     thrown = Plate(
         [
             [ring for polygon in outline_at(part, pose) for ring in polygon]
@@ -129,24 +132,24 @@ def row(
         (long, wide),
         clearance,
     )
-    seen = []
-    until = time.monotonic() + seconds
-    while time.monotonic() < until:
+    thrown_free = []
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
         pose = random.choice(len(poses), numbers[best], p=shares / shares.sum())
-        seen.append(int(thrown.free(pose, wanted, random).sum()))
-    mean = float(np.mean(seen))
-    error = float(np.std(seen)) / len(seen) ** 0.5
-    off = 100.0 * (told[best] / mean - 1.0)
+        thrown_free.append(int(thrown.free(pose, is_wanted, random).sum()))
+    mean = float(np.mean(thrown_free))
+    error = float(np.std(thrown_free)) / len(thrown_free) ** 0.5
+    percent_off = 100.0 * (free_parts[best] / mean - 1.0)
     return Row(
         f"{name}, {plate[0]:g} x {plate[1]:g}, {plate[2]:g}",
         {
             "best": int(numbers[best]),
-            "free": float(told[best]),
+            "free": float(free_parts[best]),
             "thrown": mean,
-            "off, %": off,
+            "off, %": percent_off,
             "error, %": 100.0 * error / mean,
         },
-        (Target("free parts off, %", abs(off), LIMIT),),
+        (Target("free parts off, %", abs(percent_off), LIMIT),),
     )
 
 

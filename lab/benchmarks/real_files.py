@@ -49,13 +49,13 @@ MEASURED = (
 
 def files_in(folders: Sequence[Path]) -> list[Path]:
     """Every mesh and STEP file under some folders, and files given by name."""
-    found = {
+    files = {
         file
-        for one in folders
-        for file in (one.rglob("*") if one.is_dir() else [one])
+        for folder in folders
+        for file in (folder.rglob("*") if folder.is_dir() else [folder])
         if file.suffix.lower() in SUFFIXES
     }
-    return sorted(found)
+    return sorted(files)
 
 
 def loaded(files: Sequence[Path]) -> Iterator[tuple[str, Part]]:
@@ -95,8 +95,8 @@ def measure(part: Part) -> dict[str, float | int]:
 
 
 def _estimate_seconds(part: Part) -> float:
-    again = part_from_mesh(part.vertices, part.triangles)
-    return _spent(lambda: estimate(again, "split"))
+    new_part = part_from_mesh(part.vertices, part.triangles)
+    return _spent(lambda: estimate(new_part, "split"))
 
 
 def _spent(call: Callable[[], object]) -> float:
@@ -113,7 +113,7 @@ def summary(rows: Sequence[Row]) -> Section:
     tenth = float(np.percentile(rate, 10))
     ninth = float(np.percentile(took, 90))
     middle = float(np.median(rate))
-    least = float(rate.min())
+    slowest = float(rate.min())
     return Section(
         "real_files",
         "Files of real parts",
@@ -125,12 +125,12 @@ def summary(rows: Sequence[Row]) -> Section:
                     "files": len(rows),
                     "median": middle,
                     "worst tenth": tenth,
-                    "worst": least,
+                    "worst": slowest,
                 },
                 (
                     Target("median", middle, MEDIAN, at_least=True),
                     Target("tenth percentile", tenth, TENTH, at_least=True),
-                    Target("least", least, LEAST, at_least=True),
+                    Target("least", slowest, LEAST, at_least=True),
                 ),
             ),
             Row(

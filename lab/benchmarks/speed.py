@@ -119,9 +119,9 @@ def chart_table(chart: dict[str, Any]) -> str:
 
 
 def _point(measured: Iterable[dict[str, Any]], series: str | None, name: str) -> str:
-    for one in measured:
-        if (one["series"], one["name"]) == (series, name):
-            return f"{duration(one['seconds'])}, {points(one['error'])}"
+    for point in measured:
+        if (point["series"], point["name"]) == (series, name):
+            return f"{duration(point['seconds'])}, {points(point['error'])}"
     return "-"
 
 
@@ -145,8 +145,8 @@ def _drop_growth(section: Section) -> str:
     for row in section.rows:
         families.setdefault(row.name.rpartition(", ")[0], []).append(row)
     rows = [
-        (family, *(_of_drop(found, vertices) for vertices in VERTICES))
-        for family, found in families.items()
+        (family, *(_of_drop(sizes_of, vertices) for vertices in VERTICES))
+        for family, sizes_of in families.items()
     ]
     head = (
         "time (vertices)",

@@ -89,10 +89,10 @@ def by_package(trace: str) -> Counter[str]:
     """Microseconds in the modules of each top-level package, from an import trace."""
     spent: Counter[str] = Counter()
     for line in trace.splitlines():
-        own, _, rest = line.removeprefix("import time:").partition("|")
-        if line.startswith("import time:") and own.strip().isdigit():
-            module = rest.partition("|")[2].strip()
-            spent[module.partition(".")[0]] += int(own)
+        microseconds, _, columns = line.removeprefix("import time:").partition("|")
+        if line.startswith("import time:") and microseconds.strip().isdigit():
+            module = columns.partition("|")[2].strip()
+            spent[module.partition(".")[0]] += int(microseconds)
     return spent
 
 
@@ -103,20 +103,25 @@ def _caller(call: list[str], cache: Path) -> Callable[[object], object]:
 def _process(call: list[str], cache: Path) -> str:
     """Run to the end and return standard error."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
-    done = subprocess.run(
+    process = subprocess.run(
         call, cwd=ROOT, env=environment, capture_output=True, text=True, check=True
     )
-    return done.stderr
+    return process.stderr
 
 
 def _compile_section(call: list[str], cache: Path) -> Section:
     """Wall and CPU time of compiling everything."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    usage_before = resource.getrusage(resource.RUSAGE_CHILDREN)
     begin = time.perf_counter()
     _process(call, cache)
     wall = time.perf_counter() - begin
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    usage_after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = (
+        usage_after.ru_utime
+        + usage_after.ru_stime
+        - usage_before.ru_utime
+        - usage_before.ru_stime
+    )
     return Section(
         "compile",
         "Compiling the kernels",
@@ -166,25 +171,27 @@ def _wall_section(first: Timings, warm: Timings) -> Section:
 
 def _import_section(runs: int, traced: list[str], cache: Path) -> Section:
     """Packages by the time their modules take, in the run of median length."""
-    found = []
+    runs_traced = []
     for _ in range(runs):
         traces: list[str] = []
         took = race(
             [
                 Contender(
                     "traced",
-                    lambda _, kept=traces: kept.append(_process(traced, cache)),
+                    lambda _, traces_kept=traces: traces_kept.append(
+                        _process(traced, cache)
+                    ),
                 )
             ],
             Pace(1, 1.0),
         ).median("traced")
-        found.append((took, traces[0]))
-    wall, trace = sorted(found)[len(found) // 2]
+        runs_traced.append((took, traces[0]))
+    wall, trace = sorted(runs_traced)[len(runs_traced) // 2]
     spent = by_package(trace)
     largest = spent.most_common(MOST_PACKAGES)
     imports = sum(spent.values())
     whole = round(1e6 * wall)
-    others = imports - sum(own for _, own in largest)
+    others = imports - sum(microseconds for _, microseconds in largest)
     cells = [
         *largest,
         ("all other modules", others),
@@ -197,7 +204,8 @@ def _import_section(runs: int, traced: list[str], cache: Path) -> Section:
         "Imports of the command",
         IMPORTS,
         tuple(
-            Row(name, {"ms": own / 1e3, "share": own / whole}) for name, own in cells
+            Row(name, {"ms": microseconds / 1e3, "share": microseconds / whole})
+            for name, microseconds in cells
         ),
     )
 

@@ -46,7 +46,7 @@ def random_part(seed: int, number: int) -> Surface:
 def shaft(draw: Generator) -> Manifold:
     """Two to five turned steps with chamfers; one in four has a flat."""
     sides = _sides(draw)
-    at = 0.0
+    level = 0.0
     corners = [(0.0, 0.0)]
     widest = 0.0
     for _ in range(int(draw.integers(2, 6))):
@@ -54,16 +54,16 @@ def shaft(draw: Generator) -> Manifold:
         length = 3.0 * math.exp(draw.uniform(0.0, 2.0))
         chamfer = min(0.15 * radius, 0.2 * length) * float(draw.random() < 0.6)
         corners += [
-            (radius - chamfer, at),
-            (radius, at + chamfer),
-            (radius, at + length),
+            (radius - chamfer, level),
+            (radius, level + chamfer),
+            (radius, level + length),
         ]
-        at = at + length
+        level = level + length
         widest = max(widest, radius)
-    solid = revolve(np.array([*corners, (0.0, at)]), sides)
+    solid = revolve(np.array([*corners, (0.0, level)]), sides)
     if draw.random() < 0.25:
         depth = widest * draw.uniform(0.6, 0.9)
-        solid -= extrude(_square(depth, 2.0 * widest, widest), "z", -1.0, at + 1.0)
+        solid -= extrude(_square(depth, 2.0 * widest, widest), "z", -1.0, level + 1.0)
     return solid
 
 
@@ -158,17 +158,17 @@ def plate(draw: Generator) -> Manifold:
             (0.0, deep, corner),
         ]
     )
-    least = min(wide, deep)
+    shorter = min(wide, deep)
     x = draw.uniform(0.35, 0.65) * wide
     body = extrude(outline, "z", 0.0, thick)
-    boss = 0.2 * least
+    boss = 0.2 * shorter
     top = thick + draw.uniform(1.0, 12.0)
     body += drill(boss, "z", (x, 0.5 * deep), 0.5 * thick, top, 64)
     body -= drill(
         boss * draw.uniform(0.3, 0.8), "z", (x, 0.5 * deep), -1.0, top + 1.0, 64
     )
     if draw.random() < 0.5:
-        body -= drill(0.07 * least, "z", (0.15 * wide, 0.5 * deep), -1.0, thick + 1.0)
+        body -= drill(0.07 * shorter, "z", (0.15 * wide, 0.5 * deep), -1.0, thick + 1.0)
     return body
 
 

@@ -21,9 +21,9 @@ def prisms(draw: Generator) -> list[Solid]:
         x, y, z = np.exp(draw.uniform(-math.log(2.5), math.log(2.5), 3)).tolist()
         return [extruded(np.array([(0.0, 0.0), (x, 0.0), (x, y), (0.0, y)]), 0.0, z)]
     sides = int(draw.choice([3, 4, 4, 4, 5, 6, 6, 8, 10, 12]))
-    across = 2.0 * math.cos(math.pi / sides)
+    width = 2.0 * math.cos(math.pi / sides)
     ratio = float(np.exp(draw.uniform(-math.log(3.0), math.log(3.0))))
-    return [extruded(unit_circle(sides), 0.0, across * ratio)]
+    return [extruded(unit_circle(sides), 0.0, width * ratio)]
 
 
 def plates(draw: Generator) -> list[Solid]:
@@ -99,10 +99,10 @@ def weighted(draw: Generator) -> list[Solid]:
     solids = [shell]
     for _ in range(int(draw.integers(1, 4))):
         share = draw.dirichlet(np.full(corners.shape[0], draw.choice([0.1, 1.0])))
-        place = 0.97 * share @ corners + 0.03 * corners.mean(axis=0)
+        center = 0.97 * share @ corners + 0.03 * corners.mean(axis=0)
         mass = volume * draw.uniform(0.1, 1.5)
-        low = place - 0.5 * size
-        high = place + 0.5 * size
+        low = center - 0.5 * size
+        high = center + 0.5 * size
         weight = block((low[0], low[1], low[2]), (high[0], high[1], high[2]))
         solids.append(Solid(weight.corners, mass / size**3))
     return solids

@@ -98,9 +98,10 @@ def _corner(side: NDArray[np.int64], fineness: int) -> NDArray[np.float64]:
     """
     cut = _CUTS[side, np.arange(3)] ** 2
     i, j = np.meshgrid(np.arange(fineness + 1), np.arange(fineness + 1), indexing="ij")
-    below = i + j <= fineness
+    is_inside = i + j <= fineness
     weights = (
-        np.column_stack((i[below], j[below], fineness - (i + j)[below])) / fineness
+        np.column_stack((i[is_inside], j[is_inside], fineness - (i + j)[is_inside]))
+        / fineness
     )
     ends = np.tile(cut, (3, 1))
     np.fill_diagonal(ends, 1.0 - cut.sum() + cut)
@@ -128,8 +129,8 @@ def flattened_ellipsoid(vertices: int) -> Body:
     k = np.arange(int((vertices - len(rims)) / curved)) + 0.5
     z = 1.0 - 2.0 * k / k.size
     turn = k * np.pi * (1.0 + 5.0**0.5)
-    around = np.sqrt(1.0 - z * z)
-    lattice = np.column_stack((around * np.cos(turn), around * np.sin(turn), z))
+    radius = np.sqrt(1.0 - z * z)
+    lattice = np.column_stack((radius * np.cos(turn), radius * np.sin(turn), z))
     outside = (lattice < limit[1]).all(axis=1) & (-lattice < limit[0]).all(axis=1)
     points = np.vstack((rims, lattice[outside])) * ROUNDED_AXES
     return Body("flattened ellipsoid", *shapes.hull_mesh(points))
@@ -153,11 +154,11 @@ def cut_ball(
     ball = trimesh.creation.icosphere(subdivisions=subdivisions)
     points = np.array(ball.vertices)
     edges = ball.edges_unique
-    below = points[:, 2] < -height
-    first, last = edges[below[edges[:, 0]] != below[edges[:, 1]]].T
+    is_cut = points[:, 2] < -height
+    first, last = edges[is_cut[edges[:, 0]] != is_cut[edges[:, 1]]].T
     share = (-height - points[first, 2]) / (points[last, 2] - points[first, 2])
     crossing = points[first] + share[:, None] * (points[last] - points[first])
-    return shapes.hull_mesh(np.vstack((points[~below], crossing)) * np.array(axes))
+    return shapes.hull_mesh(np.vstack((points[~is_cut], crossing)) * np.array(axes))
 
 
 LENGTH = 0.05
@@ -166,26 +167,31 @@ LENGTH = 0.05
 
 def ring_of(triangles: int) -> Body:
     """Flat elliptic ring, a torus: half of its vertices are on the hull."""
-    around = max(3, round((triangles / 10) ** 0.5))
-    along = max(3, triangles // (2 * around))
-    turn = 2.0 * np.pi * np.arange(along)[:, None] / along
-    tube = 2.0 * np.pi * np.arange(around)[None, :] / around
-    out = 1.0 + 0.3 * np.cos(tube)
+    sides = max(3, round((triangles / 10) ** 0.5))
+    sections = max(3, triangles // (2 * sides))
+    turn = 2.0 * np.pi * np.arange(sections)[:, None] / sections
+    tube = 2.0 * np.pi * np.arange(sides)[None, :] / sides
+    radius = 1.0 + 0.3 * np.cos(tube)
     vertices = np.stack(
         (
-            out * np.cos(turn),
-            0.8 * out * np.sin(turn),
-            np.broadcast_to(0.2 * np.sin(tube), (along, around)),
+            radius * np.cos(turn),
+            0.8 * radius * np.sin(turn),
+            np.broadcast_to(0.2 * np.sin(tube), (sections, sides)),
         ),
         axis=-1,
     )
-    i, j = (grid.ravel() for grid in np.indices((along, around)))
-    here = i * around + j
-    beside = i * around + (j + 1) % around
-    ahead, across = ((i + 1) % along * around + k for k in (j, (j + 1) % around))
-    corners = np.stack((here, ahead, across, here, across, beside), axis=-1)
+    i, j = (grid.ravel() for grid in np.indices((sections, sides)))
+    corner = i * sides + j
+    neighbour = i * sides + (j + 1) % sides
+    next_corner, next_neighbour = (
+        (i + 1) % sections * sides + k for k in (j, (j + 1) % sides)
+    )
+    corners = np.stack(
+        (corner, next_corner, next_neighbour, corner, next_neighbour, neighbour),
+        axis=-1,
+    )
     return Body(
-        f"ring, {len(here) * 2} triangles",
+        f"ring, {len(corner) * 2} triangles",
         LENGTH * vertices.reshape(-1, 3),
         corners.reshape(-1, 3),
     )

@@ -47,10 +47,10 @@ def split(surface: Surface) -> Surface:
     )
 
 
-def with_pocket(surface: Surface, around: Array, factor: float = 0.3) -> Surface:
+def with_pocket(surface: Surface, center: Array, factor: float = 0.3) -> Surface:
     """With a void of its own shape inside, shrunk towards a point."""
     vertices, triangles = surface
-    return joined(surface, (around + factor * (vertices - around), triangles[:, ::-1]))
+    return joined(surface, (center + factor * (vertices - center), triangles[:, ::-1]))
 
 
 def points_of_a_ball(random: Random, count: int) -> Array:
@@ -87,14 +87,14 @@ def stretched(random: Random) -> Surface:
 
 def needle(random: Random) -> Surface:
     """A slender box or prism, across down to 1e-8 of its length; corners moved by a part of it."""
-    across = 10.0 ** random.uniform(-8.0, -1.0, 2)
+    widths = 10.0 ** random.uniform(-8.0, -1.0, 2)
     vertices, triangles = (
-        shapes.box(1.0, *across)
+        shapes.box(1.0, *widths)
         if random.random() < 0.5
-        else shapes.prism(int(random.integers(3, 9)), across[0], 1.0)
+        else shapes.prism(int(random.integers(3, 9)), widths[0], 1.0)
     )
     moves = (
-        random.standard_normal(vertices.shape) * across.min() * power(random, -9, -1)
+        random.standard_normal(vertices.shape) * widths.min() * power(random, -9, -1)
     )
     return turned((vertices + moves, triangles), random)
 
@@ -111,11 +111,11 @@ def twins(random: Random) -> Surface:
     """Every corner twice or three times, 1e-13 to 1e-2 apart."""
     points = points_of_a_ball(random, int(random.integers(4, 16)))
     gap = power(random, -13, -2)
-    near = [
+    copies = [
         points + gap * random.standard_normal(points.shape)
         for _ in range(int(random.integers(1, 3)))
     ]
-    return shapes.hull_mesh(np.vstack((points, *near)))
+    return shapes.hull_mesh(np.vstack((points, *copies)))
 
 
 def slivers(random: Random) -> Surface:

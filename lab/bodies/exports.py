@@ -29,18 +29,20 @@ def turned(profile, angles):
     ]
     n = len(angles)
     m = len(profile)
-    here = np.arange(n)
-    there = (here + 1) % n
+    corner = np.arange(n)
+    next_corner = (corner + 1) % n
     triangles = []
     for k, (r, _) in enumerate(profile):
         j = (k + 1) % m
         if r > 0.0:
             triangles.append(
-                np.column_stack((k * n + here, k * n + there, j * n + there))
+                np.column_stack(
+                    (k * n + corner, k * n + next_corner, j * n + next_corner)
+                )
             )
         if profile[j][0] > 0.0:
             triangles.append(
-                np.column_stack((k * n + here, j * n + there, j * n + here))
+                np.column_stack((k * n + corner, j * n + next_corner, j * n + corner))
             )
     return np.vstack(points), np.vstack(triangles)
 
@@ -182,8 +184,8 @@ def gear(teeth, tip=0.5, length=0.4, chamfer=0.0):
 def _chamfered(outline, length, chamfer):
     n = len(outline)
     small = outline * (1.0 - chamfer)
-    here = np.arange(n)
-    there = (here + 1) % n
+    corner = np.arange(n)
+    next_corner = (corner + 1) % n
     levels = [
         (small, 0.0),
         (outline, chamfer),
@@ -197,15 +199,15 @@ def _chamfered(outline, length, chamfer):
     walls = [
         np.vstack(
             (
-                np.column_stack((k + here, k + there, k + n + there)),
-                np.column_stack((k + here, k + n + there, k + n + here)),
+                np.column_stack((k + corner, k + next_corner, k + n + next_corner)),
+                np.column_stack((k + corner, k + n + next_corner, k + n + corner)),
             )
         )
         for k in (0, n, 2 * n)
     ]
     ends = [
-        np.column_stack((there, here, np.full(n, 4 * n))),
-        np.column_stack((here + 3 * n, there + 3 * n, np.full(n, 4 * n + 1))),
+        np.column_stack((next_corner, corner, np.full(n, 4 * n))),
+        np.column_stack((corner + 3 * n, next_corner + 3 * n, np.full(n, 4 * n + 1))),
     ]
     return vertices, np.vstack(walls + ends)
 

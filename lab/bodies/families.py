@@ -92,10 +92,13 @@ def family_part(family: str, seed: int, number: int) -> Part:
         )
         try:
             part = assembled((MADE | ROCKING)[family](draw))
-            found = family_poses(family, part)
+            resting = family_poses(family, part)
         except (MeshError, MassPropertiesError):
             continue
-        if len(found.poses) > 1 and float(found.equilibria.heights.min()) > _TOO_FLAT:
+        if (
+            len(resting.poses) > 1
+            and float(resting.equilibria.heights.min()) > _TOO_FLAT
+        ):
             return part
     raise AssertionError
 

@@ -67,18 +67,20 @@ def screw(sides=64):
         axis=2,
     ).reshape(-1, 3)
     ends = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, heights[-1, 0]]])
-    here = np.arange(rings * sides)
-    beside = here // sides * sides + (here + 1) % sides
+    corner = np.arange(rings * sides)
+    neighbour = corner // sides * sides + (corner + 1) % sides
     rim = np.arange(sides)
-    after = (np.arange(sides) + 1) % sides
+    next_corner = (np.arange(sides) + 1) % sides
     last = rings * sides
     middle = len(corners)
     triangles = np.concatenate(
         [
-            np.stack([here, beside, beside + sides], axis=1),
-            np.stack([here, beside + sides, here + sides], axis=1),
-            np.stack([np.full(sides, middle), after, rim], axis=1),
-            np.stack([np.full(sides, middle + 1), last + rim, last + after], axis=1),
+            np.stack([corner, neighbour, neighbour + sides], axis=1),
+            np.stack([corner, neighbour + sides, corner + sides], axis=1),
+            np.stack([np.full(sides, middle), next_corner, rim], axis=1),
+            np.stack(
+                [np.full(sides, middle + 1), last + rim, last + next_corner], axis=1
+            ),
         ]
     )
     shank = Manifold(

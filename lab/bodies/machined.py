@@ -40,11 +40,13 @@ def shaft(draw: Generator) -> list[Solid]:
     """Two to four round steps on one axis."""
     sides = int(draw.integers(16, 41))
     solids = []
-    at = 0.0
+    level = 0.0
     for _ in range(int(draw.integers(2, 5))):
         length = float(draw.uniform(0.15, 1.0))
-        solids.append(_round(sides, float(draw.uniform(0.2, 0.7)), at, at + length))
-        at += length
+        solids.append(
+            _round(sides, float(draw.uniform(0.2, 0.7)), level, level + length)
+        )
+        level += length
     return solids
 
 
@@ -65,10 +67,10 @@ def bossed_plate(draw: Generator) -> list[Solid]:
     thick = draw.uniform(0.08, 0.5)
     plate = block((0.0, 0.0, 0.0), (width, depth, thick))
     solids = [plate, *_holes(draw, width, depth, 0.0, thick)]
-    for place in range(int(draw.integers(1, 4))):
+    for number in range(int(draw.integers(1, 4))):
         size = draw.uniform(0.06, 0.14) * min(width, depth)
         # A lane for each boss keeps them apart.
-        x = width * (place + 0.5) / 3.0 + draw.uniform(-0.02, 0.02)
+        x = width * (number + 0.5) / 3.0 + draw.uniform(-0.02, 0.02)
         y = draw.uniform(0.2, 0.8) * depth
         outline = unit_circle(4 if draw.random() < 0.5 else 20) * size + (x, y)
         solids.append(extruded(outline, thick, thick + float(draw.uniform(0.1, 0.9))))
@@ -81,13 +83,13 @@ def channel(draw: Generator) -> list[Solid]:
     width = draw.uniform(0.4, 1.2)
     floor = draw.uniform(0.06, 0.25)
     wall = draw.uniform(0.06, 0.18)
-    left, right = draw.uniform(0.1, 1.0, 2)
-    place = (width - wall) * (1.0 if draw.random() < 0.7 else 0.5)
+    first_leg, second_leg = draw.uniform(0.1, 1.0, 2)
+    offset = (width - wall) * (1.0 if draw.random() < 0.7 else 0.5)
     legs = [
-        block((0.0, 0.0, floor), (wall, length, floor + left)),
-        block((place, 0.0, floor), (place + wall, length, floor + right)),
+        block((0.0, 0.0, floor), (wall, length, floor + first_leg)),
+        block((offset, 0.0, floor), (offset + wall, length, floor + second_leg)),
     ]
-    if place < wall:
+    if offset < wall:
         legs = legs[:1]
     return [block((0.0, 0.0, 0.0), (width, length, floor)), *legs]
 
@@ -112,7 +114,7 @@ def _holes(
     count = int(draw.integers(0, 3))
     return [
         extruded(
-            unit_circle(12) * radius * draw.uniform(0.5, 1.0) + place, low, high
+            unit_circle(12) * radius * draw.uniform(0.5, 1.0) + center, low, high
         ).hole()
-        for place in places[:count]
+        for center in places[:count]
     ]

@@ -34,11 +34,11 @@ def _plate(draw: Generator) -> Manifold:
     thick = math.exp(draw.uniform(math.log(0.08), math.log(1.2)))
     plate = extrude(_outline(draw), "z", 0.0, thick)
     for _ in range(int(draw.integers(0, 3))):
-        place = draw.uniform(-0.35, 0.35, 2)
+        center = draw.uniform(-0.35, 0.35, 2)
         plate -= drill(
             float(draw.uniform(0.03, 0.15)),
             "z",
-            (float(place[0]), float(place[1])),
+            (float(center[0]), float(center[1])),
             -thick,
             2.0 * thick,
         )
@@ -78,7 +78,9 @@ def _rounded_box(draw: Generator) -> Manifold:
     corners = (size - 2.0 * radius) * np.array(np.meshgrid(*[[0.0, 1.0]] * 3)).reshape(
         3, 8
     ).T
-    return Manifold.batch_hull([ball.translate(tuple(one)) for one in corners.tolist()])
+    return Manifold.batch_hull(
+        [ball.translate(tuple(corner)) for corner in corners.tolist()]
+    )
 
 
 def _outline(draw: Generator) -> Outline:
@@ -93,12 +95,12 @@ def _outline(draw: Generator) -> Outline:
     sides = np.roll(points, -1, axis=0) - points
     length = np.linalg.norm(sides, axis=1)
     shorter = np.minimum(length, np.roll(length, 1))
-    along = sides / length[:, None]
-    before = np.roll(along, 1, axis=0)
+    direction = sides / length[:, None]
+    previous = np.roll(direction, 1, axis=0)
     bend = np.abs(
         np.arctan2(
-            before[:, 0] * along[:, 1] - before[:, 1] * along[:, 0],
-            (before * along).sum(axis=1),
+            previous[:, 0] * direction[:, 1] - previous[:, 1] * direction[:, 0],
+            (previous * direction).sum(axis=1),
         )
     )
     radius = LARGEST_ARC * shorter / np.tan(np.maximum(0.5 * bend, 0.05))

@@ -72,12 +72,12 @@ def logarithms(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def failures(numbers: Iterator[float], chance: float) -> int:
     """Draw the number of failures before the first success of this chance (geometric)."""
-    left = 1.0 - next(numbers)
+    chance_left = 1.0 - next(numbers)
     count = 0
-    still = 1.0 - chance
-    while left <= still:
+    threshold = 1.0 - chance
+    while chance_left <= threshold:
         count = count + 1
-        still = still * (1.0 - chance)
+        threshold = threshold * (1.0 - chance)
     return count
 
 

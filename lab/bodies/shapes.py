@@ -62,11 +62,11 @@ def _face_fan(vertices: Array, normal: Array) -> list[tuple[int, int, int]]:
     spokes = vertices[face] - vertices[face].mean(axis=0)
     x_axis = spokes[0]
     y_axis = np.cross(normal, x_axis) / np.linalg.norm(normal)
-    around = face[
+    loop = face[
         np.argsort(np.arctan2(spokes @ y_axis, spokes @ x_axis) % (2.0 * np.pi))
     ]
-    first, *rest = around.tolist()
-    return [(first, a, b) for a, b in pairwise(rest)]
+    first, *followers = loop.tolist()
+    return [(first, a, b) for a, b in pairwise(followers)]
 
 
 def box(x: float, y: float, z: float) -> Surface:

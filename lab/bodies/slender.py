@@ -79,8 +79,10 @@ def sheets(draw: Generator) -> list[Solid]:
     rise = math.exp(draw.uniform(math.log(0.05), math.log(1.0)))
     solids = [plate, block((-1.0, -width, thick), (-1.0 + thick, width, thick + rise))]
     if draw.random() < 0.4:
-        other = rise * float(draw.choice([1.0, draw.uniform(0.2, 1.0)]))
-        solids.append(block((1.0 - thick, -width, thick), (1.0, width, thick + other)))
+        second_rise = rise * float(draw.choice([1.0, draw.uniform(0.2, 1.0)]))
+        solids.append(
+            block((1.0 - thick, -width, thick), (1.0, width, thick + second_rise))
+        )
     return solids
 
 
@@ -99,9 +101,9 @@ def near_cubes(draw: Generator) -> list[Solid]:
     solids = [Solid(corners)]
     if draw.random() < 0.3:
         size = 0.05
-        place = draw.uniform(-0.5, 0.5, 3)
-        low = (place - size).tolist()
-        high = (place + size).tolist()
+        center = draw.uniform(-0.5, 0.5, 3)
+        low = (center - size).tolist()
+        high = (center + size).tolist()
         weight = block((low[0], low[1], low[2]), (high[0], high[1], high[2]))
         solids.append(
             Solid(weight.corners, float(draw.uniform(0.1, 2.0)) / (2.0 * size) ** 3)

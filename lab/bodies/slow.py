@@ -28,8 +28,8 @@ def slivers(triangles, length=0.04):
     chance = np.random.default_rng(0)
     count = triangles // 4
     ends = chance.uniform(-0.5, 0.5, (2, count, 3)) * length
-    aside = chance.normal(size=(2, count, 3)) * 1e-6 * length
-    corners = np.stack([ends[0], ends[1], ends[0] + aside[0], ends[0] + aside[1]], 1)
+    offset = chance.normal(size=(2, count, 3)) * 1e-6 * length
+    corners = np.stack([ends[0], ends[1], ends[0] + offset[0], ends[0] + offset[1]], 1)
     volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
     corners[volume < 0.0, 2:] = corners[volume < 0.0, 3:1:-1]
     rows = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])

@@ -93,14 +93,14 @@ def assembled(solids: list[Solid]) -> Part:
     mass = float(masses.sum())
     center = masses @ centers / mass
     inertia = np.zeros((3, 3))
-    for one, sign, part, away in zip(
+    for one, sign, part, offset in zip(
         whole, density, masses, centers - center, strict=True
     ):
         inertia += sign * one.inertia
-        inertia += part * ((away @ away) * np.eye(3) - np.outer(away, away))
+        inertia += part * ((offset @ offset) * np.eye(3) - np.outer(offset, offset))
     full = [solid for solid in solids if solid.density > 0.0]
-    there = np.concatenate([solid.corners for solid in full])
-    size = float(np.linalg.norm(there - center, axis=1).max())
+    corners = np.concatenate([solid.corners for solid in full])
+    size = float(np.linalg.norm(corners - center, axis=1).max())
     vertices, triangles = _surface(full)
     return part_from_mesh(
         (vertices - center) / size,
@@ -118,8 +118,8 @@ def _surface(solids: list[Solid]) -> tuple[Array, NDArray[np.int64]]:
     count = 0
     vertices = []
     triangles = []
-    for corners, own in (solid.surface() for solid in solids):
+    for corners, faces in (solid.surface() for solid in solids):
         vertices.append(corners)
-        triangles.append(own + count)
+        triangles.append(faces + count)
         count += len(corners)
     return np.concatenate(vertices), np.concatenate(triangles)

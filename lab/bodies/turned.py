@@ -38,14 +38,14 @@ def stepped(draw: Generator) -> list[Solid]:
     steps = int(draw.integers(2, 6))
     stretch = math.exp(draw.uniform(math.log(0.15), math.log(1.5)))
     radii = draw.uniform(0.25, 1.0, steps)
-    at = 0.0
+    level = 0.0
     solids: list[Solid] = []
     for radius in radii.tolist():
         length = stretch * math.exp(draw.uniform(math.log(0.1), math.log(1.5)))
         solids.append(
-            disc(sides, radius, at, at + length, _chamfer(draw, radius, length))
+            disc(sides, radius, level, level + length, _chamfer(draw, radius, length))
         )
-        at += length
+        level += length
     if draw.random() < 0.2:
         widest = int(radii.argmax())
         solids[widest] = _with_flat(
@@ -53,7 +53,7 @@ def stepped(draw: Generator) -> list[Solid]:
         )
     if draw.random() < 0.3:
         bore = float(radii.min() * draw.uniform(0.2, 0.75))
-        solids.append(disc(sides, bore, at * draw.choice([0.0, 0.5]), at).hole())
+        solids.append(disc(sides, bore, level * draw.choice([0.0, 0.5]), level).hole())
     return solids
 
 
@@ -128,8 +128,8 @@ def flat_balls(draw: Generator) -> list[Solid]:
     )
     flats = draw.normal(size=(int(draw.integers(1, 5)), 3))
     flats /= np.linalg.norm(flats, axis=1, keepdims=True)
-    far = draw.uniform(0.75, 0.98, len(flats))
-    return [Solid(_cut(ball.corners, flats, far, segments))]
+    distances = draw.uniform(0.75, 0.98, len(flats))
+    return [Solid(_cut(ball.corners, flats, distances, segments))]
 
 
 def disc(
@@ -178,17 +178,17 @@ def _with_flat(round_solid: Solid, away: float) -> Solid:
     return Solid(corners)
 
 
-def _cut(points: Array, flats: Array, far: Array, sides: int) -> Array:
+def _cut(points: Array, flats: Array, distances: Array, sides: int) -> Array:
     """Points of a ball on the near side of all flats, and the rims of the flats."""
-    found = [points]
-    for normal, away in zip(flats, far.tolist(), strict=True):
-        across = np.cross(normal, np.eye(3)[int(np.abs(normal).argmin())])
-        across /= np.linalg.norm(across)
-        wide = unit_circle(sides) * math.sqrt(1.0 - away * away)
-        found.append(
-            away * normal
-            + wide[:, :1] * across
-            + wide[:, 1:] * np.cross(normal, across)
+    pieces = [points]
+    for normal, distance in zip(flats, distances.tolist(), strict=True):
+        first_axis = np.cross(normal, np.eye(3)[int(np.abs(normal).argmin())])
+        first_axis /= np.linalg.norm(first_axis)
+        wide = unit_circle(sides) * math.sqrt(1.0 - distance * distance)
+        pieces.append(
+            distance * normal
+            + wide[:, :1] * first_axis
+            + wide[:, 1:] * np.cross(normal, first_axis)
         )
-    all_points = np.vstack(found)
-    return all_points[((all_points @ flats.T) <= far + 1e-9).all(axis=1)]
+    all_points = np.vstack(pieces)
+    return all_points[((all_points @ flats.T) <= distances + 1e-9).all(axis=1)]

@@ -31,15 +31,17 @@ def plain(value: Any) -> Any:
     A standard error is NaN where there is a single body; JSON has no such number.
     """
     if is_dataclass(value):
-        return {one.name: plain(getattr(value, one.name)) for one in fields(value)}
+        return {
+            member.name: plain(getattr(value, member.name)) for member in fields(value)
+        }
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if isinstance(value, tuple) and hasattr(value, "_asdict"):
         value = value._asdict()
     if isinstance(value, Mapping):
-        return {str(key): plain(one) for key, one in value.items()}
+        return {str(key): plain(member) for key, member in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(one) for one in value]
+        return [plain(member) for member in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -119,11 +121,11 @@ def write_page(
         What was written.
     """
 
-    def write(aside: Path) -> None:
-        measured = aside / "measured"
+    def write(staging: Path) -> None:
+        measured = staging / "measured"
         measured.mkdir()
         for name, figure in figures.items():
-            save_figure(figure, aside / "figures" / f"{name}.png")
+            save_figure(figure, staging / "figures" / f"{name}.png")
         for name, values in numbers.items():
             write_json(measured / "numbers" / f"{name}.json", values)
         (measured / page).write_text(text, encoding="utf-8")

@@ -54,10 +54,10 @@ class Timings:
         """Median milliseconds."""
         return 1e3 * self.median(name)
 
-    def ratio(self, name: str, other: str) -> float:
+    def ratio(self, first: str, second: str) -> float:
         """Median over the rounds of one contender's time by another's in the same round."""
-        pairs = zip(self.seconds[name], self.seconds[other], strict=False)
-        return median(own / theirs for own, theirs in pairs)
+        pairs = zip(self.seconds[first], self.seconds[second], strict=False)
+        return median(first_time / second_time for first_time, second_time in pairs)
 
 
 def race(contenders: Sequence[Contender], pace: Pace) -> Timings:
@@ -66,14 +66,14 @@ def race(contenders: Sequence[Contender], pace: Pace) -> Timings:
     As in `timeit`, the garbage collector is off during a call: a full collection goes through all
     objects of the compiler and takes tens of milliseconds, in the same call of every round.
     """
-    seconds: dict[str, list[float]] = {one.name: [] for one in contenders}
+    seconds: dict[str, list[float]] = {contender.name: [] for contender in contenders}
     gc.collect()
     gc.freeze()
     try:
         for _ in range(pace.rounds):
-            for one in contenders:
-                if sum(seconds[one.name]) < pace.patience:
-                    seconds[one.name].append(_once(one))
+            for contender in contenders:
+                if sum(seconds[contender.name]) < pace.patience:
+                    seconds[contender.name].append(_once(contender))
     finally:
         gc.unfreeze()
     return Timings(seconds)

@@ -38,28 +38,28 @@ LIKELY = 0.1
 """Tolerances at which the search ends: of the logarithms, and of the log likelihood."""
 
 
-def log_likelihood(some: Sequence[Sample], fit: PriorFit) -> float:
+def log_likelihood(samples: Sequence[Sample], fit: PriorFit) -> float:
     """Log likelihood of the counts of some bodies."""
-    return sum(one.prior(fit).log_evidence(one.count) for one in some)
+    return sum(sample.prior(fit).log_evidence(sample.count) for sample in samples)
 
 
-def fit_prior(some: Sequence[Sample]) -> PriorFit:
+def fit_prior(samples: Sequence[Sample]) -> PriorFit:
     """Fit the numbers to bodies at one restitution."""
     begin = np.array(BEGIN)
     simplex = np.vstack((begin, begin + STEP * np.eye(len(begin))))
-    found = minimize(
-        lambda x: -log_likelihood(some, _fit(x)),
+    optimum = minimize(
+        lambda x: -log_likelihood(samples, _fit(x)),
         begin,
         method="Nelder-Mead",
         options={"initial_simplex": simplex, "xatol": CLOSE, "fatol": LIKELY},
     )
-    return _fit(found.x)
+    return _fit(optimum.x)
 
 
-def fit_priors(some: Sequence[Sample]) -> dict[float, PriorFit]:
+def fit_priors(samples: Sequence[Sample]) -> dict[float, PriorFit]:
     """Fit the numbers of each restitution."""
     return {
-        rho: fit_prior([one for one in some if one.restitution == rho])
+        rho: fit_prior([sample for sample in samples if sample.restitution == rho])
         for rho in RESTITUTIONS
     }
 
@@ -68,7 +68,10 @@ def _fit(x: Array) -> PriorFit:
     """Numbers of a point of the search; all but the first are logarithms, at most `MOST`."""
     return PriorFit(
         float(x[0]),
-        *(math.exp(min(value, most)) for value, most in zip(x[1:], MOST, strict=True)),
+        *(
+            math.exp(min(value, limit))
+            for value, limit in zip(x[1:], MOST, strict=True)
+        ),
     )
 
 

@@ -55,17 +55,19 @@ def network_of(values: Array, columns: int, units: int) -> TanhNetwork:
 
 
 def network_gradient(
-    network: TanhNetwork, tangents: Floats, inputs: Floats, back: Floats
+    network: TanhNetwork, tangents: Floats, inputs: Floats, output_gradient: Floats
 ) -> Floats:
     """Gradient by the coefficients, from the gradient `back` (n,) by the values of rows (n, K)."""
-    inner = (1.0 - tangents * tangents) * np.outer(back, network.output_weights)
+    inner = (1.0 - tangents * tangents) * np.outer(
+        output_gradient, network.output_weights
+    )
     return np.concatenate(
         (
-            [back.sum()],
-            inputs.T @ back,
+            [output_gradient.sum()],
+            inputs.T @ output_gradient,
             (inputs.T @ inner).ravel(),
             inner.sum(axis=0),
-            tangents.T @ back,
+            tangents.T @ output_gradient,
         )
     )
 
@@ -93,23 +95,28 @@ def descend(
     draw : Generator
         For the order of the batches.
     """
-    found = values.copy()
+    coefficients = values.copy()
     mean = np.zeros_like(values)
     square = np.zeros_like(values)
     order = np.concatenate([draw.permutation(batches) for _ in range(epochs)])
     for step, batch in enumerate(order.tolist(), 1):
-        at = step / len(order)
-        rate = RATE * min(at / WARMING, 1.0) * 0.5 * (1.0 + math.cos(math.pi * at))
-        slope = slopes(batch, found)
+        progress = step / len(order)
+        rate = (
+            RATE
+            * min(progress / WARMING, 1.0)
+            * 0.5
+            * (1.0 + math.cos(math.pi * progress))
+        )
+        slope = slopes(batch, coefficients)
         mean += (1.0 - KEPT_MEAN) * (slope - mean)
         square += (1.0 - KEPT_SQUARE) * (slope * slope - square)
-        found -= (
+        coefficients -= (
             rate
             * mean
             / (1.0 - KEPT_MEAN**step)
             / (np.sqrt(square / (1.0 - KEPT_SQUARE**step)) + LEAST_SLOPE)
         )
-    return found
+    return coefficients
 
 
 def undo_scaling(network: TanhNetwork, mean: Floats, scale: Floats) -> TanhNetwork:

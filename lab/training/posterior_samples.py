@@ -54,14 +54,16 @@ class Sample(NamedTuple):
         )
 
 
-def samples(method: str, every: int = 1) -> list[Sample]:
+def samples(method: str, stride: int = 1) -> list[Sample]:
     """Samples of every so many bodies of each reference dataset and each other family."""
-    found = [
+    of_datasets = [
         sample
         for dataset in shipped_datasets()
-        for sample in _of_dataset(dataset, method, range(0, dataset.spec.bodies, every))
+        for sample in _of_dataset(
+            dataset, method, range(0, dataset.spec.bodies, stride)
+        )
     ]
-    return [*found, *_of_families(method, every)]
+    return [*of_datasets, *_of_families(method, stride)]
 
 
 def _of_dataset(
@@ -71,19 +73,19 @@ def _of_dataset(
         resting = dataset.resting(number)
         span = slice(dataset.pose_starts[number], dataset.pose_starts[number + 1])
         for restitution in RESTITUTIONS:
-            which = dataset.spec.restitutions.index(restitution)
-            count = dataset.arrays["count"][span, which].sum(axis=1).astype(np.int64)
+            column = dataset.spec.restitutions.index(restitution)
+            count = dataset.arrays["count"][span, column].sum(axis=1).astype(np.int64)
             yield sample_of(number, resting, restitution, method, count)
 
 
-def _of_families(method: str, every: int) -> Iterator[Sample]:
+def _of_families(method: str, stride: int) -> Iterator[Sample]:
     """Samples of bodies from the usual height, of all families but random polyhedra."""
     wanted = (
         row
         for row in read_samples()
         if row.seed == FIT_SEED
         and row.family in MADE
-        and row.number % every == 0
+        and row.number % stride == 0
         and row.height == HEIGHT
         and row.restitution in RESTITUTIONS
         and row.count.any()

@@ -86,9 +86,9 @@ def assert_serves(client):
     )
     job = finished(client, start(client, part_id, 50, seed=5)).statistics
     assert parts.counts(job.poses) == parts.counts(simulate(part, 50, seed=5).poses)
-    other = new_id()
-    MeshPublisher(client).matched().publish(flat(WEDGE, other))
-    assert latched(client, other).part_digest == part.digest
+    published_id = new_id()
+    MeshPublisher(client).matched().publish(flat(WEDGE, published_id))
+    assert latched(client, published_id).part_digest == part.digest
 
 
 def quiet(health):
@@ -99,7 +99,9 @@ def quiet(health):
 
 def part_ids(client):
     """Names of the parts that have a result."""
-    return sorted(one.part_id for one in client.call("get_statistics").statistics)
+    return sorted(
+        statistics.part_id for statistics in client.call("get_statistics").statistics
+    )
 
 
 def publish_in_turn(client, surface, names, factor=0.01, first=0):

@@ -71,16 +71,16 @@ class Outcome:
     seen: str = ""
 
 
-def judged(tried: int, seen: str, **kept: bool) -> Outcome:
+def judged(tried: int, summary: str, **promises: bool) -> Outcome:
     """An outcome from promises and whether each was kept."""
     return Outcome(
         tried,
         [
-            f"{name.replace('_', ' ')}: {seen}"
-            for name, good in kept.items()
+            f"{name.replace('_', ' ')}: {summary}"
+            for name, good in promises.items()
             if not good
         ],
-        seen,
+        summary,
     )
 
 
@@ -118,7 +118,7 @@ def trial(work: Callable[[Setting], Outcome]) -> Trial:
 
 def program(name: str, trials: Sequence[Trial], short: float) -> int:
     """The command line of a program: try, print, perhaps write; 1 where a promise was broken."""
-    title, about = TITLES[name]
+    title, description = TITLES[name]
     options = _parse(name, [trial.name for trial in trials], short)
     size = short if options.short else options.size
     machine = {
@@ -134,7 +134,7 @@ def program(name: str, trials: Sequence[Trial], short: float) -> int:
     broken = sum(int(row.cells["broken"]) for row in rows)
     print(f"{name}: {len(rows)} trials, {broken} promises broken", flush=True)
     if options.write:
-        section = Section(name, title, about, tuple(rows))
+        section = Section(name, title, description, tuple(rows))
         save(Results(machine, (section,)), DOCS / NUMBERS / f"{name}.json")
         print(PAGE.write())
     return 1 if broken else 0

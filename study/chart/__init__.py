@@ -4,10 +4,18 @@ from .speed_accuracy import (
     PLANS,
     QUICK,
     ChartResults,
-    Measured,
+    MeasuredSize,
     Plan,
     chart,
     chart_text,
 )
 
-__all__ = ["PLANS", "QUICK", "ChartResults", "Measured", "Plan", "chart", "chart_text"]
+__all__ = [
+    "PLANS",
+    "QUICK",
+    "ChartResults",
+    "MeasuredSize",
+    "Plan",
+    "chart",
+    "chart_text",
+]

@@ -66,7 +66,7 @@ class Size:
 
     title: str
     meshes: list[Mesh]
-    known: list[RestingPoses]
+    restings: list[RestingPoses]
     simulated: dict[float, SimulatedPoses]
     height: float | None
     cluster_tolerance: float = 0.0
@@ -85,9 +85,17 @@ def paper_size(dataset: Dataset) -> Size:
     vertices = dataset.arrays["vertices"]
     return Size(
         f"paper-size, {vertices.min()} to {vertices.max()} vertices",
-        [Mesh(one.vertices, one.triangles, one.center_of_mass) for one in bodies],
+        [
+            Mesh(
+                restitution.vertices, restitution.triangles, restitution.center_of_mass
+            )
+            for restitution in bodies
+        ],
         restings(dataset),
-        {one: dataset.simulated(one) for one in dataset.spec.restitutions},
+        {
+            restitution: dataset.simulated(restitution)
+            for restitution in dataset.spec.restitutions
+        },
         dataset.spec.drop_height,
     )
 
@@ -105,7 +113,7 @@ def ellipsoids(
     restitutions : tuple of float
     """
     meshes = [_ellipsoid(vertices, number) for number in range(bodies)]
-    return _dropped(
+    return _drop_bodies(
         f"{vertices:,} vertices".replace(",", " "), meshes, drops, restitutions, 0.0, 0
     )
 
@@ -127,7 +135,7 @@ def machined_parts(bodies: int, drops: int, restitutions: tuple[float, ...]) -> 
         surface = random_part(PARTS_SEED, number)
         meshes.append(Mesh(*surface, part_from_mesh(*surface).center_of_mass))
     sizes = [len(mesh.vertices) for mesh in meshes]
-    return _dropped(
+    return _drop_bodies(
         f"machined and turned parts, {min(sizes)} to {max(sizes)} vertices",
         meshes,
         drops,
@@ -137,7 +145,7 @@ def machined_parts(bodies: int, drops: int, restitutions: tuple[float, ...]) -> 
     )
 
 
-def _dropped(
+def _drop_bodies(
     title: str,
     meshes: list[Mesh],
     drops: int,
@@ -146,14 +154,14 @@ def _dropped(
     round_sides: int,
 ) -> Size:
     """Simulate bodies from 20 radii."""
-    known = []
+    restings = []
     simulated = []
     for number, mesh in enumerate(meshes):
         part = mesh.part()
-        known.append(resting_poses(part, cluster_tolerance, round_sides))
+        restings.append(resting_poses(part, cluster_tolerance, round_sides))
         simulated.append(
             [
-                _simulated(
+                _count_poses(
                     part,
                     drops,
                     number,
@@ -165,7 +173,7 @@ def _dropped(
     return Size(
         title,
         meshes,
-        known,
+        restings,
         {
             restitution: pooled(list(of_all))
             for restitution, of_all in zip(
@@ -186,10 +194,12 @@ def _ellipsoid(vertices: int, number: int) -> Mesh:
     return Mesh(*surface, part_from_mesh(*surface).center_of_mass)
 
 
-def _simulated(part: Part, drops: int, number: int, scene: DropScene) -> SimulatedPoses:
+def _count_poses(
+    part: Part, drops: int, number: int, scene: DropScene
+) -> SimulatedPoses:
     """Drops that ended in each pose of a body, by `index`."""
     entropy = np.random.SeedSequence((number, round(scene.restitution * 1e9)))
-    found = simulate(
+    statistics = simulate(
         part,
         drops,
         scene.restitution,
@@ -197,11 +207,11 @@ def _simulated(part: Part, drops: int, number: int, scene: DropScene) -> Simulat
         cluster_tolerance=scene.cluster_tolerance,
         round_sides=scene.round_sides,
     )
-    counts = np.zeros(len(found.poses), dtype=np.int64)
-    for pose in found.poses:
+    counts = np.zeros(len(statistics.poses), dtype=np.int64)
+    for pose in statistics.poses:
         counts[pose.index] = pose.count
     return SimulatedPoses(
         np.full_like(counts, number),
         counts,
-        np.full_like(counts, found.drops - found.unsettled),
+        np.full_like(counts, statistics.drops - statistics.unsettled),
     )

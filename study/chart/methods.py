@@ -64,42 +64,44 @@ class Effort(NamedTuple):
     combined: tuple[int, ...] = COMBINED
     fewest: int = 4
 
-    def timed(self, drops: int) -> int:
+    def time_call(self, drops: int) -> int:
         """Number of parts to time where each takes so many drops."""
         return min(max(self.drops_timed // drops, self.fewest), self.parts)
 
 
 def estimator_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     """A point for each estimator; the time is from the mesh arrays to the statistics."""
-    every = pooled(list(size.simulated.values()))
-    values = {rho: estimates(size.known, size.scene(rho)) for rho in size.simulated}
+    simulated = pooled(list(size.simulated.values()))
+    values = {rho: estimates(size.restings, size.scene(rho)) for rho in size.simulated}
     names = list(next(iter(values.values())))
     # The methods take turns, so that other load of the machine affects all of them alike.
     took = medians(
         [
-            {name: partial(_estimate, size, mesh, name) for name in names}
-            for mesh in some(size.meshes, effort.parts)
+            {name: partial(_run_estimate, size, mesh, name) for name in names}
+            for mesh in pick_meshes(size.meshes, effort.parts)
         ],
         REPEATS,
     )
     for name in names:
-        found = accuracy(np.concatenate([one[name] for one in values.values()]), every)
+        error = accuracy(
+            np.concatenate([shares[name] for shares in values.values()]), simulated
+        )
         kind = "paper" if name in paper.ERRORS else "estimator"
-        yield point(ESTIMATORS[name].title, kind, took[name], found)
+        yield measured_point(ESTIMATORS[name].title, kind, took[name], error)
 
 
 def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     """A point for each number of drops; the error is the noise of that many independent drops."""
-    every = pooled(list(size.simulated.values()))
+    simulated = pooled(list(size.simulated.values()))
     for drops in effort.drops:
         took = medians(
             [
-                {"": partial(_simulate, size, mesh, drops, restitution)}
+                {"": partial(_run_simulation, size, mesh, drops, restitution)}
                 for restitution in size.simulated
-                for mesh in some(size.meshes, effort.timed(drops))
+                for mesh in pick_meshes(size.meshes, effort.time_call(drops))
             ]
         )
-        noise = noise_of(every, drops)
+        noise = noise_of(simulated, drops)
         yield ChartPoint(
             f"n = {drops:,}".replace(",", " "),
             "simulation",
@@ -111,17 +113,17 @@ def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
         )
 
 
-def point(
-    name: str, kind: str, seconds: float, found: Accuracy, series: str | None = None
+def measured_point(
+    name: str, kind: str, seconds: float, error: Accuracy, series: str | None = None
 ) -> ChartPoint:
     """Make a point of a measured error, without an interval where there is a single body."""
     bounds = (
-        (found.error, found.error) if math.isnan(found.low) else (found.low, found.high)
+        (error.error, error.error) if math.isnan(error.low) else (error.low, error.high)
     )
-    return ChartPoint(name, kind, seconds, found.error, *bounds, series)
+    return ChartPoint(name, kind, seconds, error.error, *bounds, series)
 
 
-def _estimate(size: Size, mesh: Mesh, name: str) -> object:
+def _run_estimate(size: Size, mesh: Mesh, name: str) -> object:
     return estimate(
         mesh.part(),
         name,
@@ -130,7 +132,7 @@ def _estimate(size: Size, mesh: Mesh, name: str) -> object:
     )
 
 
-def _simulate(size: Size, mesh: Mesh, drops: int, restitution: float) -> object:
+def _run_simulation(size: Size, mesh: Mesh, drops: int, restitution: float) -> object:
     return simulate(
         mesh.part(),
         drops,
@@ -143,7 +145,7 @@ def _simulate(size: Size, mesh: Mesh, drops: int, restitution: float) -> object:
     )
 
 
-def some(meshes: Sequence[Mesh], number: int) -> list[Mesh]:
+def pick_meshes(meshes: Sequence[Mesh], number: int) -> list[Mesh]:
     """Pick at most so many meshes, evenly spread."""
     number = min(number, len(meshes))
     return [meshes[(2 * k + 1) * len(meshes) // (2 * number)] for k in range(number)]
@@ -159,13 +161,13 @@ def combined_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
 
     The reference has other drops, so that its noise can be taken off.
     """
-    every = pooled(list(size.simulated.values()))
+    simulated = pooled(list(size.simulated.values()))
     for drops in effort.combined:
         took = medians(
             [
-                {"": partial(_hybrid, size, mesh, drops, restitution, 1)}
+                {"": partial(_run_hybrid, size, mesh, drops, restitution, 1)}
                 for restitution in size.simulated
-                for mesh in some(size.meshes, effort.timed(drops))
+                for mesh in pick_meshes(size.meshes, effort.time_call(drops))
             ]
         )
         values = [
@@ -173,11 +175,11 @@ def combined_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
             for restitution in size.simulated
             for number, mesh in enumerate(size.meshes)
         ]
-        yield point(
+        yield measured_point(
             f"n = {drops:,}".replace(",", " "),
             "hybrid",
             took[""],
-            accuracy(np.concatenate(values), every),
+            accuracy(np.concatenate(values), simulated),
             SERIES,
         )
 
@@ -187,15 +189,18 @@ def _combined_shares(
 ) -> Array:
     """Probabilities (P,) by `index`, of hybrid with drops of its own."""
     seed = np.random.SeedSequence((SEED, number, round(restitution * 1e9)))
-    found = _hybrid(
+    statistics = _run_hybrid(
         size, mesh, drops, restitution, int(seed.generate_state(1, np.uint64)[0])
     )
     return np.array(
-        [pose.probability for pose in sorted(found.poses, key=lambda one: one.index)]
+        [
+            pose.probability
+            for pose in sorted(statistics.poses, key=lambda one: one.index)
+        ]
     )
 
 
-def _hybrid(
+def _run_hybrid(
     size: Size, mesh: Mesh, drops: int, restitution: float, seed: int
 ) -> PoseStatistics:
     return hybrid(
@@ -227,28 +232,29 @@ def medians(parts: Sequence[Mapping[str, Call]], times: int = 1) -> dict[str, fl
     gc.collect()
     for call in parts[0].values():  # the first call prepares what is made only once
         call()
-    found: dict[str, list[float]] = {name: [] for name in parts[0]}
+    seconds_of: dict[str, list[float]] = {name: [] for name in parts[0]}
     for calls in parts:
         turns = [
-            {name: _once(call) for name, call in calls.items()} for _ in range(times)
+            {name: _time_once(call) for name, call in calls.items()}
+            for _ in range(times)
         ]
-        for name, seconds in found.items():
+        for name, seconds in seconds_of.items():
             seconds.append(median(turn[name] for turn in turns))
-    return {name: median(seconds) for name, seconds in found.items()}
+    return {name: median(seconds) for name, seconds in seconds_of.items()}
 
 
-def timed(call: Callable[[], Result]) -> tuple[float, Result]:
+def time_call(call: Callable[[], Result]) -> tuple[float, Result]:
     """Seconds of a call, the garbage collector held off as in `timeit`, and its result."""
-    held = gc.isenabled()
+    is_enabled = gc.isenabled()
     gc.disable()
     try:
         begin = time.perf_counter()
         result = call()
         return time.perf_counter() - begin, result
     finally:
-        if held:
+        if is_enabled:
             gc.enable()
 
 
-def _once(call: Call) -> float:
-    return timed(call)[0]  # freeing the result is not timed
+def _time_once(call: Call) -> float:
+    return time_call(call)[0]  # freeing the result is not timed

@@ -19,7 +19,7 @@ from ..errors.simulated_poses import SimulatedPoses, pooled
 from ..figures.speed_accuracy import ChartPoint
 from ..mujoco_drops import Plate, available, drop_in_mujoco, fit_contact
 from .bodies import Size
-from .methods import point, timed
+from .methods import measured_point, time_call
 
 Array = NDArray[np.float64]
 
@@ -42,19 +42,23 @@ def trimesh_points(size: Size, parts: int) -> Iterator[ChartPoint]:
 
     Timed on a new `Trimesh` of the same arrays, whose construction does not count.
     """
-    chosen = _first(size, parts)
+    chosen = _body_count(size, parts)
     probabilities = []
     seconds = []
-    for mesh, known in zip(size.meshes[:chosen], size.known, strict=False):
+    for mesh, resting in zip(size.meshes[:chosen], size.restings, strict=False):
         body = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
-        took, found = timed(
+        took, answer = time_call(
             partial(compute_stable_poses, body, center_mass=mesh.center_of_mass)
         )
         seconds.append(took)
-        probabilities.append(matched(known, *found))
-    every = pooled([_of_first(one, chosen) for one in size.simulated.values()])
-    error = accuracy(np.tile(np.concatenate(probabilities), len(size.simulated)), every)
-    yield point("trimesh.poses", "outside", median(seconds), error)
+        probabilities.append(match_poses(resting, *answer))
+    simulated = pooled(
+        [_first_bodies(poses, chosen) for poses in size.simulated.values()]
+    )
+    error = accuracy(
+        np.tile(np.concatenate(probabilities), len(size.simulated)), simulated
+    )
+    yield measured_point("trimesh.poses", "outside", median(seconds), error)
 
 
 def mujoco_points(
@@ -74,19 +78,21 @@ def mujoco_points(
             f"MuJoCo is left out: its contacts reach restitutions from {low:g} to {high:g}"
         )
         return
-    chosen = _first(size, parts)
+    chosen = _body_count(size, parts)
     try:
         seconds, shares = _mujoco_shares(size, chosen)
     except RuntimeError as error:
         say(f"MuJoCo is left out: {error}")
         return
-    every = pooled([_of_first(one, chosen) for one in size.simulated.values()])
+    simulated = pooled(
+        [_first_bodies(poses, chosen) for poses in size.simulated.values()]
+    )
     for drops, values in shares.items():
-        yield point(
+        yield measured_point(
             f"n = {drops}",
             "outside",
             drops * seconds,
-            accuracy(values, every),
+            accuracy(values, simulated),
             "MuJoCo",
         )
 
@@ -103,36 +109,36 @@ def _mujoco_shares(size: Size, bodies: int) -> tuple[float, dict[int, Array]]:
             duration, index = drop_in_mujoco(plate, contact, most, number)
             seconds.append(duration / most)
             for drops, shares_of in shares.items():
-                seen = np.bincount(
-                    index[:drops], minlength=len(size.known[number].poses)
+                counts = np.bincount(
+                    index[:drops], minlength=len(size.restings[number].poses)
                 )
-                shares_of.append(seen / drops)
+                shares_of.append(counts / drops)
     return median(seconds), {
-        drops: np.concatenate(one) for drops, one in shares.items()
+        drops: np.concatenate(columns) for drops, columns in shares.items()
     }
 
 
-def matched(
-    known: RestingPoses, transforms: Array, probabilities: Sequence[float]
+def match_poses(
+    resting: RestingPoses, transforms: Array, probabilities: Sequence[float]
 ) -> Array:
     """Another program's probabilities in the order of our poses, without those that match none."""
     theirs = -np.asarray(transforms)[:, 2, :3]
-    gap, face = cKDTree(known.equilibria.downs).query(theirs)
-    near = gap < (SAME_FACET if known.body.rounded else SAME_FACE)
+    gap, face = cKDTree(resting.equilibria.downs).query(theirs)
+    is_match = gap < (SAME_FACET if resting.body.rounded else SAME_FACE)
     return np.bincount(
-        known.clusters.pose[face[near]],
-        np.asarray(probabilities)[near],
-        len(known.poses),
+        resting.clusters.pose[face[is_match]],
+        np.asarray(probabilities)[is_match],
+        len(resting.poses),
     ).astype(np.float64)
 
 
-def _first(size: Size, parts: int) -> int:
+def _body_count(size: Size, parts: int) -> int:
     return min(parts, len(size.meshes))
 
 
-def _of_first(simulated: SimulatedPoses, bodies: int) -> SimulatedPoses:
+def _first_bodies(simulated: SimulatedPoses, bodies: int) -> SimulatedPoses:
     """Of the first bodies alone."""
-    kept = simulated.body < bodies
+    is_first = simulated.body < bodies
     return SimulatedPoses(
-        simulated.body[kept], simulated.count[kept], simulated.settled[kept]
+        simulated.body[is_first], simulated.count[is_first], simulated.settled[is_first]
     )

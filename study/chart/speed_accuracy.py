@@ -59,7 +59,7 @@ QUICK = (
 )
 
 
-class Measured(NamedTuple):
+class MeasuredSize(NamedTuple):
     """A panel of the chart, with facts about its bodies."""
 
     title: str
@@ -68,7 +68,7 @@ class Measured(NamedTuple):
     reference_drops: int
     points: tuple[ChartPoint, ...]
 
-    def drawn(self) -> list[int]:
+    def drawn_points(self) -> list[int]:
         """Places of the points with an error above 0.
 
         An error below the noise of the reference has no place on a logarithmic axis, and does not
@@ -78,12 +78,15 @@ class Measured(NamedTuple):
 
     def front(self) -> list[int]:
         """Places of the points that no other one of those drawn beats in both."""
-        drawn = self.drawn()
-        return [drawn[k] for k in pareto_front([self.points[k] for k in drawn])]
+        drawn_points = self.drawn_points()
+        return [
+            drawn_points[k]
+            for k in pareto_front([self.points[k] for k in drawn_points])
+        ]
 
     def panel(self) -> ChartPanel:
         """Panel of the figure."""
-        return ChartPanel(self.title, [self.points[k] for k in self.drawn()])
+        return ChartPanel(self.title, [self.points[k] for k in self.drawn_points()])
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +102,7 @@ class ChartResults:
     """
 
     spec: DatasetSpec
-    sizes: tuple[Measured, ...]
+    sizes: tuple[MeasuredSize, ...]
     seconds: float
 
     @property
@@ -114,7 +117,7 @@ class ChartResults:
             "dataset": self.spec.as_dict(),
             "seconds": self.seconds,
             "sizes": [
-                {**plain(one), "pareto_front": one.front()} for one in self.sizes
+                {**plain(size), "pareto_front": size.front()} for size in self.sizes
             ],
         }
 
@@ -136,7 +139,7 @@ def chart(
         Told what is being measured.
     """
     begin = time.perf_counter()
-    found = []
+    panels = []
     for plan in plans:
         on_progress(
             "simulating machined and turned parts"
@@ -152,9 +155,9 @@ def chart(
             on_progress(
                 f"{size.title}: {f'{point.series}, ' if point.series else ''}{point.name}"
             )
-        poses = sum(len(one.poses) for one in size.known)
-        found.append(
-            Measured(
+        poses = sum(len(resting.poses) for resting in size.restings)
+        panels.append(
+            MeasuredSize(
                 size.title,
                 len(size.meshes),
                 poses / len(size.meshes),
@@ -162,7 +165,7 @@ def chart(
                 tuple(points),
             )
         )
-    return ChartResults(dataset.spec, tuple(found), time.perf_counter() - begin)
+    return ChartResults(dataset.spec, tuple(panels), time.perf_counter() - begin)
 
 
 def _planned_bodies(dataset: Dataset, plan: Plan) -> Size:
@@ -184,16 +187,16 @@ def _points(
         yield from mujoco_points(size, plan.mujoco, say)
 
 
-def chart_text(found: ChartResults) -> str:
+def chart_text(results: ChartResults) -> str:
     """The scene, and a table for each kind of part; methods that nothing beats are marked."""
-    scene = f"{found.scene[0].upper()}{found.scene[1:]}."
-    return "\n\n".join([scene, *(_size_text(one) for one in found.sizes)])
+    scene = f"{results.scene[0].upper()}{results.scene[1:]}."
+    return "\n\n".join([scene, *(_size_text(size) for size in results.sizes)])
 
 
-def _size_text(one: Measured) -> str:
-    front = set(one.front())
+def _size_text(size: MeasuredSize) -> str:
+    front = set(size.front())
     rows = []
-    for k, point in sorted(enumerate(one.points), key=lambda entry: entry[1].seconds):
+    for k, point in sorted(enumerate(size.points), key=lambda entry: entry[1].seconds):
         name = f"{point.series}, {point.name}" if point.series else point.name
         rows.append(
             (
@@ -206,8 +209,8 @@ def _size_text(one: Measured) -> str:
         )
     head = ("method", "time a part", "error, points", "95 % interval", "on the front")
     return (
-        f"### {one.title}\n\n{one.bodies} bodies with {one.mean_poses:.1f} stable poses on "
-        f"average, {one.reference_drops} reference drops of each at each restitution.\n\n"
+        f"### {size.title}\n\n{size.bodies} bodies with {size.mean_poses:.1f} stable poses on "
+        f"average, {size.reference_drops} reference drops of each at each restitution.\n\n"
         + markdown_table(head, rows)
     )
 

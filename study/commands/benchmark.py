@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 def register(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add a command for each kind of study."""
-    table = _kind(
+    table = _add_kind(
         kinds,
         "table",
         run_table,
@@ -43,7 +43,7 @@ def register(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         action="store_true",
         help="do not drop the largest deviations again",
     )
-    prisms = _kind(
+    prisms = _add_kind(
         kinds,
         "prisms",
         run_prisms,
@@ -79,7 +79,7 @@ def register(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         metavar="FILE",
         help="draw them to a .png or .svg file (default ending: .png)",
     )
-    chart = _kind(
+    chart = _add_kind(
         kinds,
         "chart",
         run_chart,
@@ -104,7 +104,7 @@ def register(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         help="draw it to a .png or .svg file (default ending: .png), and write its "
         "numbers to a .json file beside it (default: %(default)s)",
     )
-    stability = _kind(
+    stability = _add_kind(
         kinds,
         "stability",
         run_stability,
@@ -123,7 +123,7 @@ def register(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     stability.add_argument(
         "--quick", action="store_true", help="measure fewer values and drops"
     )
-    plates = _kind(
+    plates = _add_kind(
         kinds,
         "plates",
         run_plates,
@@ -152,7 +152,7 @@ def register(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         metavar="DIR",
         help="directory into which measured/plates.md and its numbers are written",
     )
-    figures = _kind(
+    figures = _add_kind(
         kinds,
         "figures",
         run_figures,
@@ -173,17 +173,17 @@ def register(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     )
 
 
-def _kind(
+def _add_kind(
     kinds: argparse._SubParsersAction[argparse.ArgumentParser],
     name: str,
     run: Callable[[argparse.Namespace], int],
-    about: str,
+    summary: str,
     description: str,
     example: str,
 ) -> argparse.ArgumentParser:
     parser = kinds.add_parser(
         name,
-        help=about,
+        help=summary,
         description=description,
         examples=(f"python -m study {example}",),
     )
@@ -213,10 +213,10 @@ def run_table(options: argparse.Namespace) -> int:
         from ..table import table, table_text
 
         datasets = _datasets(options)
-    found = []
+    tables = []
     with end_on_interrupt(), ProgressBar(sys.stderr) as bar:
         for number, dataset in enumerate(datasets):
-            found.append(
+            tables.append(
                 table(
                     dataset,
                     rerun=not options.no_rerun,
@@ -225,8 +225,8 @@ def run_table(options: argparse.Namespace) -> int:
             )
     _print(
         options,
-        [one.as_dict() for one in found],
-        "\n\n".join(table_text(one) for one in found),
+        [results.as_dict() for results in tables],
+        "\n\n".join(table_text(results) for results in tables),
     )
     return 0
 
@@ -238,22 +238,22 @@ def run_prisms(options: argparse.Namespace) -> int:
 
         file = _figure(options.output) if options.output is not None else None
     with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
-        found = prisms(
+        results = prisms(
             options.drops,
             options.dice_drops,
             options.seed,
-            on_progress=lambda done, total: bar.draw(
-                done / total, f"{done} of {total} drops"
+            on_progress=lambda dropped, total: bar.draw(
+                dropped / total, f"{dropped} of {total} drops"
             ),
             should_stop=interrupted,
         )
     if file is not None:
         from ..accuracy_documents import write_prisms
 
-        _say_files(write_prisms(found, file))
-    stopped = {"interrupted": True} if found.stopped else {}
-    _print(options, {**found.as_dict(), **stopped}, prisms_text(found))
-    return INTERRUPTED if found.stopped else 0
+        _say_files(write_prisms(results, file))
+    stopped = {"interrupted": True} if results.stopped else {}
+    _print(options, {**results.as_dict(), **stopped}, prisms_text(results))
+    return INTERRUPTED if results.stopped else 0
 
 
 def run_chart(options: argparse.Namespace) -> int:
@@ -265,9 +265,9 @@ def run_chart(options: argparse.Namespace) -> int:
         file = _figure(options.output)
         dataset = _datasets(options)[0]
     with end_on_interrupt():
-        found = chart(dataset, QUICK if options.quick else PLANS, on_progress=_say)
-    _say_files(write_chart(found, file))
-    _print(options, found.as_dict(), chart_text(found))
+        results = chart(dataset, QUICK if options.quick else PLANS, on_progress=_say)
+    _say_files(write_chart(results, file))
+    _print(options, results.as_dict(), chart_text(results))
     return 0
 
 
@@ -281,8 +281,8 @@ def run_figures(options: argparse.Namespace) -> int:
         folder = Path(options.output)
         refuse_unwritable(folder)
     with end_on_interrupt():
-        found = measure_documents(quick=options.quick, say=_say)
-    _say_files(write_documents(found, folder))
+        documents = measure_documents(quick=options.quick, say=_say)
+    _say_files(write_documents(documents, folder))
     return 0
 
 
@@ -298,10 +298,10 @@ def run_plates(options: argparse.Namespace) -> int:
         if folder is not None:
             refuse_unwritable(folder)
     with end_on_interrupt():
-        found = plates(options.splits, options.seed, say=_say)
+        results = plates(options.splits, options.seed, say=_say)
     if folder is not None:
-        _say_files(write_plates(found, folder))
-    _print(options, plain(found), plates_text(found))
+        _say_files(write_plates(results, folder))
+    _print(options, plain(results), plates_text(results))
     return 0
 
 
@@ -316,10 +316,10 @@ def run_stability(options: argparse.Namespace) -> int:
         if folder is not None:
             refuse_unwritable(folder)
     with end_on_interrupt():
-        found = stability(quick=options.quick, on_progress=_say)
+        results = stability(quick=options.quick, on_progress=_say)
     if folder is not None:
-        _say_files(write_stability(found, folder))
-    _print(options, as_dict(found), stability_text(found))
+        _say_files(write_stability(results, folder))
+    _print(options, as_dict(results), stability_text(results))
     return 0
 
 

@@ -75,14 +75,14 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         metavar="S",
         help="the same seed gives the same file (default: %(default)s)",
     )
-    where = command.add_mutually_exclusive_group()
-    where.add_argument(
+    machines = command.add_mutually_exclusive_group()
+    machines.add_argument(
         "--workers",
         type=read_count,
         metavar="W",
         help="number of threads (default: all cores)",
     )
-    where.add_argument(
+    machines.add_argument(
         "--scheduler",
         metavar="ADDRESS",
         help="address of a dask.distributed cluster that does the work instead",
@@ -120,7 +120,7 @@ def run(options: argparse.Namespace) -> int:
             file,
             spec,
             maker,
-            on_progress=lambda one: bar.draw(*done(one)),
+            on_progress=lambda progress: bar.draw(*progress_text(progress)),
             should_stop=interrupted,
         )
     if not complete:
@@ -138,7 +138,9 @@ def default_name(spec: DatasetSpec) -> str:
     others = (
         ""
         if spec.restitutions == PAPER_RESTITUTIONS
-        else "_".join(["_restitution", *(f"{one:g}" for one in spec.restitutions)])
+        else "_".join(
+            ["_restitution", *(f"{restitution:g}" for restitution in spec.restitutions)]
+        )
     )
     return (
         f"polyhedra_{spec.bodies}_shift_{spec.shift:g}_{spec.shift_moment}_"
@@ -146,18 +148,20 @@ def default_name(spec: DatasetSpec) -> str:
     )
 
 
-def done(progress: DatasetProgress) -> tuple[float, str]:
+def progress_text(progress: DatasetProgress) -> tuple[float, str]:
     """How far the run is, as a share and as a text."""
-    own = progress.bodies - progress.found
-    left = (
-        (progress.bound - progress.bodies) * progress.seconds / own
-        if own
+    made_bodies = progress.bodies - progress.earlier_bodies
+    remaining = (
+        (progress.bound - progress.bodies) * progress.seconds / made_bodies
+        if made_bodies
         else float("nan")
     )
-    found = f" ({progress.found} found)" if progress.found else ""
+    kept_bodies = (
+        f" ({progress.earlier_bodies} found)" if progress.earlier_bodies else ""
+    )
     return (
         progress.bodies / progress.bound,
-        f"{progress.bodies} of {progress.bound} bodies{found}, {duration(left)} left",
+        f"{progress.bodies} of {progress.bound} bodies{kept_bodies}, {duration(remaining)} left",
     )
 
 
@@ -179,7 +183,7 @@ def _report(file: Path, seconds: float, as_json: bool) -> None:
     arrays = dataset.arrays
     drops = spec.bodies * len(spec.restitutions) * spec.drops
     unsettled = drops - int(arrays["settled"].sum())
-    found = {
+    facts = {
         "file": str(file),
         "scene": spec.scene,
         **spec.as_dict(),
@@ -191,12 +195,12 @@ def _report(file: Path, seconds: float, as_json: bool) -> None:
         "seconds": seconds,
     }
     if as_json:
-        print_json(found)
+        print_json(facts)
         return
     print(
         f"{file}: {file.stat().st_size / 1e6:.2f} MB, {spec.scene}\n"
         f"{spec.bodies} random polyhedra with {len(dataset.body)} stable poses, "
-        f"shift {spec.shift:g} ({spec.shift_moment}), {found['redraws']} drawn anew\n"
+        f"shift {spec.shift:g} ({spec.shift_moment}), {facts['redraws']} drawn anew\n"
         f"{drops} drops, {spec.drops} of each at each restitution; {unsettled} did not settle\n"
         f"took {seconds:.1f} s"
     )
@@ -207,14 +211,14 @@ SHIFT_MOMENTS = ("inertia", "second")
 
 def add_shift_options(command: argparse.ArgumentParser, shift: float | None) -> None:
     """Add the shift of the centre of mass; None as the default stands for all."""
-    told = "%(default)s" if shift is not None else "all that are there"
+    default_text = "%(default)s" if shift is not None else "all that are there"
     command.add_argument(
         "--shift",
         type=float,
         default=shift,
         metavar="S",
         help="scale of the shift of the centre of mass; 0 leaves it at the "
-        f"centroid, 1 is as the paper prints it (default: {told})",
+        f"centroid, 1 is as the paper prints it (default: {default_text})",
     )
     command.add_argument(
         "--shift-moment",

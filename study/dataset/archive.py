@@ -145,10 +145,10 @@ def check_arrays(arrays: Arrays, spec: DatasetSpec, bodies: int) -> None:
         With what is wrong, in words.
     """
     for name, field in FIELDS.items():
-        found = arrays[name]
-        if found.dtype != np.dtype(field.kind) or found.ndim != len(field.shape):
+        array = arrays[name]
+        if array.dtype != np.dtype(field.kind) or array.ndim != len(field.shape):
             raise ValueError(
-                f"{name} of kind {found.dtype.str[1:]} in {found.ndim} dimensions"
+                f"{name} of kind {array.dtype.str[1:]} in {array.ndim} dimensions"
             )
     sizes: dict[str | int, int] = {
         "B": bodies,

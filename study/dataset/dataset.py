@@ -73,10 +73,10 @@ class Dataset:
         DatasetError
             If they are not those in the file.
         """
-        found = resting_poses(self.part(number), 0.0, 0)
+        poses = resting_poses(self.part(number), 0.0, 0)
         span = slice(self.pose_starts[number], self.pose_starts[number + 1])
         expected = self.arrays["down"][span]
-        downs = np.array([pose.down for pose in found.poses])
+        downs = np.array([pose.down for pose in poses.poses])
         if (
             downs.shape != expected.shape
             or not np.abs(downs - expected).max() <= SAME_DOWN
@@ -86,7 +86,7 @@ class Dataset:
                 f"others of body {number}",
                 "make the dataset anew with this version",
             )
-        return found
+        return poses
 
     def simulated(self, restitution: float, drops: int | None = None) -> SimulatedPoses:
         """Counts of the first drops at one restitution.
@@ -105,7 +105,7 @@ class Dataset:
         """
         return self.blocks(restitution, 0, self._blocks(drops))
 
-    def rest(self, restitution: float, drops: int) -> SimulatedPoses:
+    def remaining_drops(self, restitution: float, drops: int) -> SimulatedPoses:
         """Counts of the drops after the first ones; see `simulated`."""
         return self.blocks(restitution, self._blocks(drops), len(self.spec.block_ends))
 
@@ -117,11 +117,9 @@ class Dataset:
                 f"{restitution}",
                 "the dataset holds no other",
             )
-        which = self.spec.restitutions.index(restitution)
-        count = self.arrays["count"][:, which, first:end].sum(axis=1, dtype=np.int64)
-        settled = self.arrays["settled"][:, which, first:end].sum(
-            axis=1, dtype=np.int64
-        )
+        row = self.spec.restitutions.index(restitution)
+        count = self.arrays["count"][:, row, first:end].sum(axis=1, dtype=np.int64)
+        settled = self.arrays["settled"][:, row, first:end].sum(axis=1, dtype=np.int64)
         return SimulatedPoses(self.body, count, settled[self.body])
 
     def _blocks(self, drops: int | None) -> int:
@@ -173,9 +171,9 @@ def shipped_file(shift: float, shift_moment: str) -> Path:
         If none of that shift comes with the package.
     """
     if (shift, shift_moment) not in SHIPPED:
-        known = ", ".join(f"{one:g} ({moment})" for one, moment in SHIPPED)
+        shifts = ", ".join(f"{one:g} ({moment})" for one, moment in SHIPPED)
         raise DatasetError(
-            f"a shift of {known}",
+            f"a shift of {shifts}",
             f"{shift:g} ({shift_moment})",
             "make one with `python -m study dataset` and give it with --dataset",
         )
@@ -189,4 +187,4 @@ def shipped_dataset(shift: float = 0.0, shift_moment: str = "inertia") -> Datase
 
 def shipped_datasets() -> list[Dataset]:
     """All reference datasets, by rising shift."""
-    return [shipped_dataset(*one) for one in SHIPPED]
+    return [shipped_dataset(*shift) for shift in SHIPPED]

@@ -52,7 +52,7 @@ class DatasetProgress:
 
     bodies: int
     bound: int
-    found: int
+    earlier_bodies: int
     seconds: float
 
 
@@ -89,26 +89,26 @@ def make_dataset(
     DatasetError
         If another dataset or other pieces are in the way, or nothing can be written.
     """
-    if _is_there(file, spec):
+    if _is_complete(file, spec):
         clear_leftovers(file, spec)
         return True
     with Unfinished(file, spec) as unfinished:
-        if _is_there(file, spec):  # another run finished just now
+        if _is_complete(file, spec):  # another run finished just now
             unfinished.remove()
             return True
-        done = unfinished.done()
+        sound_pieces = unfinished.sound_pieces()
         begin = time.monotonic()
-        found = sum(count for _, count in done)
-        bodies = found
-        on_progress(DatasetProgress(bodies, spec.bodies, found, 0.0))
-        missing = [piece for piece in spec.chunks if piece not in set(done)]
-        with closing(maker(spec, missing, should_stop)) as made:
-            for piece, arrays in made:
-                unfinished.put(piece, arrays)
+        earlier_bodies = sum(count for _, count in sound_pieces)
+        bodies = earlier_bodies
+        on_progress(DatasetProgress(bodies, spec.bodies, earlier_bodies, 0.0))
+        missing = [piece for piece in spec.chunks if piece not in set(sound_pieces)]
+        with closing(maker(spec, missing, should_stop)) as new_pieces:
+            for piece, arrays in new_pieces:
+                unfinished.store_piece(piece, arrays)
                 bodies += piece[1]
                 on_progress(
                     DatasetProgress(
-                        bodies, spec.bodies, found, time.monotonic() - begin
+                        bodies, spec.bodies, earlier_bodies, time.monotonic() - begin
                     )
                 )
         if bodies < spec.bodies:
@@ -118,7 +118,7 @@ def make_dataset(
     return True
 
 
-def _is_there(file: Path, spec: DatasetSpec) -> bool:
+def _is_complete(file: Path, spec: DatasetSpec) -> bool:
     """Whether the dataset is done; refuses a file that holds something else."""
     try:
         if not file.exists():
@@ -129,11 +129,11 @@ def _is_there(file: Path, spec: DatasetSpec) -> bool:
             f"{file} ({error.strerror})",
             "name another one with -o",
         ) from error
-    there, _ = read_archive(file)
-    if there != spec:
+    stored, _ = read_archive(file)
+    if stored != spec:
         others = ", ".join(
             f"{name} {value}"
-            for name, value in there.as_dict().items()
+            for name, value in stored.as_dict().items()
             if value != spec.as_dict()[name]
         )
         raise DatasetError(

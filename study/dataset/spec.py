@@ -73,8 +73,8 @@ class DatasetSpec:
         return describe_scene(self.restitutions, self.drop_height)
 
     def __post_init__(self) -> None:
-        _within("bodies", self.bodies, MOST_BODIES)
-        _within("drops", self.drops, MOST_DROPS)
+        _check_count("bodies", self.bodies, MOST_BODIES)
+        _check_count("drops", self.drops, MOST_DROPS)
         check_shift(self.shift, self.shift_moment)
         if not _is_whole(self.seed) or not 0 <= self.seed < 2**64:
             raise RequestError(
@@ -137,10 +137,10 @@ class DatasetSpec:
         return int(words[0])
 
 
-def _within(name: str, value: int, most: int) -> None:
-    if not _is_whole(value) or not 1 <= value <= most:
+def _check_count(name: str, value: int, limit: int) -> None:
+    if not _is_whole(value) or not 1 <= value <= limit:
         raise RequestError(
-            f"1 to {most} {name}",
+            f"1 to {limit} {name}",
             f"{value!r}",
             f"the paper has {PAPER_BODIES} bodies and {PAPER_DROPS} drops",
         )

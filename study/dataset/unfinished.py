@@ -59,11 +59,13 @@ class Unfinished:
             self.remove()
         self._folder.release()
 
-    def done(self) -> list[tuple[int, int]]:
+    def sound_pieces(self) -> list[tuple[int, int]]:
         """Sound pieces in the directory, as (first body, number of bodies)."""
-        return [piece for piece in self._spec.chunks if self._read(piece) is not None]
+        return [
+            piece for piece in self._spec.chunks if self._read_piece(piece) is not None
+        ]
 
-    def put(self, piece: tuple[int, int], arrays: Arrays) -> None:
+    def store_piece(self, piece: tuple[int, int], arrays: Arrays) -> None:
         """Keep a piece."""
         stream = io.BytesIO()
         fields: dict[str, Any] = dict(arrays)
@@ -78,11 +80,11 @@ class Unfinished:
         DatasetError
             If one has gone, or has been damaged since it was written.
         """
-        found = [self._read(piece) for piece in self._spec.chunks]
-        whole = [arrays for arrays in found if arrays is not None]
-        if len(whole) < len(found):
+        chunks = [self._read_piece(piece) for piece in self._spec.chunks]
+        whole = [arrays for arrays in chunks if arrays is not None]
+        if len(whole) < len(chunks):
             raise DatasetError(
-                f"{len(found)} whole pieces in {self.directory}",
+                f"{len(chunks)} whole pieces in {self.directory}",
                 f"{len(whole)}",
                 "run the same command again",
             )
@@ -96,7 +98,7 @@ class Unfinished:
                     path.unlink()
             self.directory.rmdir()
 
-    def _read(self, piece: tuple[int, int]) -> Arrays | None:
+    def _read_piece(self, piece: tuple[int, int]) -> Arrays | None:
         """Read a piece; None where it is missing or damaged."""
         path = self._path(piece)
         try:

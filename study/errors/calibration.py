@@ -101,19 +101,21 @@ def calibration(
     )
     foreseen = means_of_equal_chances(first, second, poses, level)
     terms = np.stack([*pair, np.ones_like(pair[0])], axis=1)
-    drawn = [body_bootstrap(first.body, terms, one) for one in (_z_rms, _share)]
-    known = 1.0 if np.ptp(first.body) else math.nan
-    seen = first.count + second.count
+    resampled = [
+        body_bootstrap(first.body, terms, statistic) for statistic in (_z_rms, _share)
+    ]
+    factor = 1.0 if np.ptp(first.body) else math.nan
+    total = first.count + second.count
     return Calibration(
         z_rms=math.sqrt(pair[0].mean()),
         expected_z_rms=math.sqrt(foreseen[0].mean()),
-        z_rms_error=known * float(drawn[0].std(ddof=1)),
+        z_rms_error=factor * float(resampled[0].std(ddof=1)),
         coverage=float(pair[1].mean()),
         expected_coverage=float(foreseen[1].mean()),
-        coverage_error=known * float(drawn[1].std(ddof=1)),
-        values=seen.size,
+        coverage_error=factor * float(resampled[1].std(ddof=1)),
+        values=total.size,
         certain=int(
-            np.count_nonzero((seen == 0) | (seen == first.settled + second.settled))
+            np.count_nonzero((total == 0) | (total == first.settled + second.settled))
         ),
     )
 
@@ -174,15 +176,15 @@ def outcomes(
     squares, held : arrays of that shape
         `held` is 0 or 1.
     """
-    other = second / second_settled
+    proportion = second / second_settled
     variance = error_variances(first, first_settled, poses) + error_variances(
         second, second_settled, poses
     )
-    squares = np.square(first / first_settled - other)
+    squares = np.square(first / first_settled - proportion)
     low, high = _intervals(first, first_settled, level)
     return (
         np.divide(squares, variance, out=np.zeros_like(squares), where=variance > 0.0),
-        ((low <= other) & (other <= high)).astype(np.float64),
+        ((low <= proportion) & (proportion <= high)).astype(np.float64),
     )
 
 
@@ -208,20 +210,24 @@ def means_of_equal_chances(
     width = (
         int(np.minimum(top - begin, np.ceil(2.0 * _REACH * deviation) + 40.0).max()) + 1
     )
-    found = np.empty((2, total.size))
+    means = np.empty((2, total.size))
     step = max(1, _CELLS // width)
-    for at in range(0, total.size, step):
-        rows = np.s_[at : at + step, None]
+    for start in range(0, total.size, step):
+        rows = np.s_[start : start + step, None]
         count = np.minimum(begin[rows] + np.arange(width), top[rows])
         drops = first.settled[rows], second.settled[rows]
         weight = _weights(count, total[rows] - count, *drops)
         # Beyond the end of the row its last count is repeated.
         weight[:, 1:][np.diff(count, axis=1) == 0] = 0.0
         weight /= weight.sum(axis=1, keepdims=True)
-        n1, n2, k = (np.broadcast_to(one, count.shape) for one in (*drops, poses[rows]))
+        n1, n2, k = (
+            np.broadcast_to(column, count.shape) for column in (*drops, poses[rows])
+        )
         pair = outcomes(count, n1, total[rows] - count, n2, k, level)
-        found[:, at : at + step] = [(weight * one).sum(axis=1) for one in pair]
-    return found[0], found[1]
+        means[:, start : start + step] = [
+            (weight * column).sum(axis=1) for column in pair
+        ]
+    return means[0], means[1]
 
 
 def _weights(
@@ -240,7 +246,7 @@ def _weights(
 def _intervals(count: Index, settled: Index, level: float) -> tuple[Array, Array]:
     """Bounds by `jeffreys_interval`, each distinct one computed once."""
     base = int(settled.max()) + 1
-    distinct, at = np.unique(settled * base + count, return_inverse=True)
+    distinct, index = np.unique(settled * base + count, return_inverse=True)
     low, high = jeffreys_interval(distinct % base, distinct // base, level)
-    at = at.reshape(count.shape)
-    return low[at], high[at]
+    index = index.reshape(count.shape)
+    return low[index], high[index]

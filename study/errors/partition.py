@@ -145,20 +145,20 @@ def _partition(
         spread, [0.5 - INTERVAL_LEVEL / 2.0, 0.5 + INTERVAL_LEVEL / 2.0]
     )
     # Resamples of a single body are all alike, so the error is not known.
-    known = 1.0 if np.ptp(simulated.body) else math.nan
+    factor = 1.0 if np.ptp(simulated.body) else math.nan
     squares = terms[:, 0].mean()
     noises = terms[:, 1].mean()
-    at = int(np.argmax(np.abs(difference)))
+    worst = int(np.argmax(np.abs(difference)))
     return Accuracy(
         deviation=math.sqrt(squares),
         noise=math.sqrt(noises),
         error=math.sqrt(max(squares - noises, 0.0)),
         error_variance=float(squares - noises),
-        standard_error=known * float(spread.std(ddof=1)),
-        low=known * float(low),
-        high=known * float(high),
-        largest=float(abs(difference[at])),
-        largest_at=at,
+        standard_error=factor * float(spread.std(ddof=1)),
+        low=factor * float(low),
+        high=factor * float(high),
+        largest=float(abs(difference[worst])),
+        largest_at=worst,
         values=difference.size,
     )
 

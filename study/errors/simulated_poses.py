@@ -40,7 +40,7 @@ class SimulatedPoses:
 
     def __post_init__(self) -> None:
         for name in ("body", "count", "settled"):
-            object.__setattr__(self, name, _whole(name, getattr(self, name)))
+            object.__setattr__(self, name, _whole_numbers(name, getattr(self, name)))
         sizes = self.body.size, self.count.size, self.settled.size
         if len(set(sizes)) != 1:
             raise RequestError(
@@ -110,7 +110,7 @@ def pooled(parts: Sequence[SimulatedPoses]) -> SimulatedPoses:
     )
 
 
-def _whole(what: str, values: ArrayLike) -> Index:
+def _whole_numbers(name: str, values: ArrayLike) -> Index:
     array = np.asarray(values)
     if (
         array.ndim != 1
@@ -119,7 +119,7 @@ def _whole(what: str, values: ArrayLike) -> Index:
         or array.min() < 0
     ):
         raise RequestError(
-            f"one row of whole numbers from 0 up as the {what} of each value",
+            f"one row of whole numbers from 0 up as the {name} of each value",
             f"shape {array.shape} of {array.dtype}"
             + (f" from {array.min()}" if array.size else ""),
             "give an array (N,) of int",

@@ -30,14 +30,14 @@ LINES: tuple[tuple[str, object], ...] = (
 )
 
 
-def merged(curves: Curves) -> list[tuple[str, Array]]:
+def merge_curves(curves: Curves) -> list[tuple[str, Array]]:
     """Join equal curves under a common label, since one would hide the other."""
     joined: list[tuple[str, Array]] = []
-    for label, given in curves:
-        values = np.asarray(given, dtype=np.float64)
-        for place, (names, known) in enumerate(joined):
-            if np.abs(values - known).max() < EQUAL:
-                joined[place] = f"{names} = {label}", known
+    for label, samples in curves:
+        values = np.asarray(samples, dtype=np.float64)
+        for row, (names, curve) in enumerate(joined):
+            if np.abs(values - curve).max() < EQUAL:
+                joined[row] = f"{names} = {label}", curve
                 break
         else:
             joined.append((label, values))

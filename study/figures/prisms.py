@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ros_pose_stats.tools.plots.figures import INK, REFERENCE, new_figure, open_axes
 
-from .curves import LINES, Curves, merged
+from .curves import LINES, Curves, merge_curves
 
 Array = NDArray[np.float64]
 
@@ -59,14 +59,14 @@ def prisms_figure(
         Logarithmic in length/width, in percent; a legend of curves and of points to a panel.
     """
     figure = new_figure(6.2 * len(panels), 5.6, layout="constrained")
-    every = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    all_axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     styles = cycle(LINES)
-    for axes, (name, curves) in zip(every, panels, strict=True):
+    for axes, (name, curves) in zip(all_axes, panels, strict=True):
         _prepare(axes, name)
         lines = _draw_curves(axes, np.asarray(ratios, dtype=np.float64), curves, styles)
         points = _draw_points(axes, simulated, dice)
         _legends(axes, lines, points)
-    every[0].set_ylabel("probability of the four sides together, %")
+    all_axes[0].set_ylabel("probability of the four sides together, %")
     figure.suptitle(title, fontsize=12, color=INK)
     figure.supxlabel(note, fontsize=9, color=REFERENCE)
     return figure
@@ -92,11 +92,11 @@ def _draw_curves(
     axes: Axes, ratios: Array, curves: Curves, styles: Iterator[tuple[str, object]]
 ) -> list[object]:
     """Lines, the highest at the right end first, as they lie beside the legend."""
-    ordered = sorted(merged(curves), key=lambda curve: -curve[1][-1])
-    found: list[object] = []
+    ordered = sorted(merge_curves(curves), key=lambda curve: -curve[1][-1])
+    lines: list[object] = []
     for label, values in ordered:
         colour, dashes = next(styles)
-        found += axes.plot(
+        lines += axes.plot(
             ratios,
             100.0 * values,
             color=colour,
@@ -105,27 +105,29 @@ def _draw_curves(
             label=label,
             zorder=2.0,
         )
-    return found
+    return lines
 
 
 def _draw_points(
     axes: Axes, simulated: Sequence[tuple[str, ArrayLike]], dice: ArrayLike | None
 ) -> list[object]:
-    shown = [(label, rows) for label, given in simulated if (rows := _rows(given)).size]
-    found: list[object] = []
-    for place, (label, rows) in enumerate(shown):
-        shift = OFFSET ** (place - 0.5 * (len(shown) - 1))
-        found.append(_bars(axes, rows, shift, label, "D", GREYS[place], INK, 0.8))
+    series = [
+        (label, rows) for label, samples in simulated if (rows := _rows(samples)).size
+    ]
+    artists: list[object] = []
+    for number, (label, rows) in enumerate(series):
+        shift = OFFSET ** (number - 0.5 * (len(series) - 1))
+        artists.append(_bars(axes, rows, shift, label, "D", GREYS[number], INK, 0.8))
     if dice is not None and _rows(dice).size:
         # Hollow, so that points beneath can be seen.
-        found.append(
+        artists.append(
             _bars(axes, _rows(dice), 1.0, "measured dice", "s", "none", DICE, 1.5)
         )
-    return found
+    return artists
 
 
-def _rows(given: ArrayLike) -> Array:
-    return np.asarray(given, dtype=np.float64).reshape(-1, 4)
+def _rows(samples: ArrayLike) -> Array:
+    return np.asarray(samples, dtype=np.float64).reshape(-1, 4)
 
 
 def _bars(

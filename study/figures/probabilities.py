@@ -71,14 +71,14 @@ def estimators_figure(panels: Sequence[Panel], drops: int) -> Figure:
         dpi=160,
         layout=ConstrainedLayoutEngine(w_pad=0.1),
     )
-    for place, (panel, (across, up)) in enumerate(zip(panels, dots, strict=True)):
-        axes = figure.add_subplot(rows, columns, place + 1)
-        draw_dots(axes, across, up, end, size=2.0)
+    for number, (panel, (x, y)) in enumerate(zip(panels, dots, strict=True)):
+        axes = figure.add_subplot(rows, columns, number + 1)
+        draw_dots(axes, x, y, end, size=2.0)
         _name(axes, panel)
         if panel.curve is not None:
             _draw_curve(axes, np.asarray(panel.curve, dtype=np.float64), end)
         axes.tick_params(
-            labelbottom=place + columns >= len(panels), labelleft=place % columns == 0
+            labelbottom=number + columns >= len(panels), labelleft=number % columns == 0
         )
     figure.suptitle(
         "Predicted against simulated probabilities, one dot a stable pose", fontsize=13
@@ -114,12 +114,12 @@ def _name(axes: Axes, panel: Panel) -> None:
 
 def _draw_curve(axes: Axes, curve: Array, end: float) -> None:
     """A solid line, as far as the axes go."""
-    across, up = curve[:, curve[0] <= end]
-    axes.plot(across, up, color="#000000", linewidth=1.8, zorder=3)
+    x, y = curve[:, curve[0] <= end]
+    axes.plot(x, y, color="#000000", linewidth=1.8, zorder=3)
 
 
 def noise_figure(
-    drawn: ArrayLike, simulated: ArrayLike, drops: int, noise: float
+    redrawn: ArrayLike, simulated: ArrayLike, drops: int, noise: float
 ) -> Figure:
     """Draw simulated probabilities against what the same number of drops makes of them.
 
@@ -139,11 +139,11 @@ def noise_figure(
     Figure
         One dot a stable pose, square axes, the diagonal; the noise in the title, percent.
     """
-    across = np.asarray(simulated)
-    up = np.asarray(drawn)
+    x = np.asarray(simulated)
+    y = np.asarray(redrawn)
     figure = new_figure(6.0, 6.2, dpi=160, layout="constrained")
     axes = figure.add_subplot()
-    draw_dots(axes, across, up, axis_end(across, up), size=3.0)
+    draw_dots(axes, x, y, axis_end(x, y), size=3.0)
     axes.set_xlabel("simulated probability")
     axes.set_ylabel(f"redrawn from it, n = {drops}")
     axes.set_title(
@@ -168,7 +168,7 @@ def axis_end(*rows: Array) -> float:
     return max(math.ceil(10.0 * largest - 1e-9), 1) / 10.0
 
 
-def draw_dots(axes: Axes, across: Array, up: Array, end: float, size: float) -> None:
+def draw_dots(axes: Axes, x: Array, y: Array, end: float, size: float) -> None:
     """Draw the dots and the diagonal on square axes from 0 to `end`.
 
     Parameters
@@ -181,10 +181,10 @@ def draw_dots(axes: Axes, across: Array, up: Array, end: float, size: float) -> 
     size : float
         Diameter of a dot, points (1/72 inch).
     """
-    opacity = min(max(OPAQUE_IN_ALL / len(across), FAINTEST), STRONGEST)
+    opacity = min(max(OPAQUE_IN_ALL / len(x), FAINTEST), STRONGEST)
     axes.plot(
-        across,
-        up,
+        x,
+        y,
         color=BLUE,
         linestyle="none",
         marker="o",

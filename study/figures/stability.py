@@ -20,7 +20,7 @@ from ros_pose_stats.tools.plots.figures import (
     open_axes,
 )
 
-from .curves import LINES, merged
+from .curves import LINES, merge_curves
 
 Array = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ class WalkPanel(NamedTuple):
 
     title: str
     curves: Sequence[WalkCurve]
-    behind: Sequence[WalkCurve] = ()
+    background: Sequence[WalkCurve] = ()
     behind_name: str = ""
 
 
@@ -104,21 +104,21 @@ def walk_figure(
     Figure
         A cross where a curve jumps; probabilities in percent, from 0 to what is needed.
     """
-    where = np.asarray(parameter, dtype=np.float64)
+    x = np.asarray(parameter, dtype=np.float64)
     points = np.asarray(simulated, dtype=np.float64)
-    curves = [curve for panel in panels for curve in (*panel.behind, *panel.curves)]
+    curves = [curve for panel in panels for curve in (*panel.background, *panel.curves)]
     figure = new_figure(6.2 * len(panels), 5.2, layout="constrained")
-    every = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    all_axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     top = max(
         float(points[2].max()), *(float(np.max(curve.values)) for curve in curves)
     )
     styles = cycle(LINES)
-    for axes, panel in zip(every, panels, strict=True):
+    for axes, panel in zip(all_axes, panels, strict=True):
         _prepare(axes, panel.title, label, logarithmic, top)
-        _set_limits(axes, where, logarithmic)
-        _draw_curves(axes, where, panel, iter(LINES) if panel.behind else styles)
-        _draw_jumps(axes, where, panel.curves)
-        _draw_points(axes, where, points)
+        _set_limits(axes, x, logarithmic)
+        _draw_curves(axes, x, panel, iter(LINES) if panel.background else styles)
+        _draw_jumps(axes, x, panel.curves)
+        _draw_points(axes, x, points)
         if mark is not None:
             axes.axvline(mark, color=REFERENCE, linewidth=0.9, linestyle=":")
         axes.legend(
@@ -130,34 +130,36 @@ def walk_figure(
             bbox_to_anchor=(0.5, -0.16),
             ncols=3,
         )
-    every[0].set_ylabel(fill(f"probability of {quantity}, %", LABEL))
+    all_axes[0].set_ylabel(fill(f"probability of {quantity}, %", LABEL))
     figure.suptitle(title, fontsize=12, color=INK)
     figure.supxlabel(note, fontsize=9, color=REFERENCE)
     return figure
 
 
 def _draw_curves(
-    axes: Axes, where: Array, panel: WalkPanel, styles: Iterator[tuple[str, object]]
+    axes: Axes, x: Array, panel: WalkPanel, styles: Iterator[tuple[str, object]]
 ) -> None:
-    for place, one in enumerate(panel.behind):
+    for number, walk_curve in enumerate(panel.background):
         axes.plot(
-            where,
-            100.0 * np.asarray(one.values),
+            x,
+            100.0 * np.asarray(walk_curve.values),
             color=PALE,
             linewidth=1.1,
             zorder=1.5,
-            label="_" if place else panel.behind_name,
+            label="_" if number else panel.behind_name,
         )
-    for names, curve in merged([(one.label, one.values) for one in panel.curves]):
+    for names, curve in merge_curves(
+        [(walk_curve.label, walk_curve.values) for walk_curve in panel.curves]
+    ):
         colour, dashes = next(styles)
         axes.plot(
-            where,
+            x,
             100.0 * curve,
             color=colour,
             linestyle=dashes,
             label=names,
             zorder=2.0,
-            linewidth=2.6 if panel.behind else 1.9,
+            linewidth=2.6 if panel.background else 1.9,
         )
 
 
@@ -172,9 +174,9 @@ def _prepare(axes: Axes, title: str, label: str, logarithmic: bool, top: float) 
     open_axes(axes, "#dddddd", 0.7)
 
 
-def _set_limits(axes: Axes, where: Array, logarithmic: bool) -> None:
+def _set_limits(axes: Axes, x: Array, logarithmic: bool) -> None:
     """As wide as the walk, and a little more."""
-    ends = np.log(where[[0, -1]]) if logarithmic else where[[0, -1]]
+    ends = np.log(x[[0, -1]]) if logarithmic else x[[0, -1]]
     room = MARGIN * (ends[1] - ends[0])
     limits = ends[0] - room, ends[1] + room
     axes.set_xlim(*(np.exp(limits) if logarithmic else limits))
@@ -182,18 +184,18 @@ def _set_limits(axes: Axes, where: Array, logarithmic: bool) -> None:
         axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
 
 
-def _draw_jumps(axes: Axes, where: Array, curves: Sequence[WalkCurve]) -> None:
+def _draw_jumps(axes: Axes, x: Array, curves: Sequence[WalkCurve]) -> None:
     """A cross in the middle of each jump."""
-    found = [
-        (at, float(np.interp(at, where, np.asarray(curve.values))))
+    crosses = [
+        (position, float(np.interp(position, x, np.asarray(curve.values))))
         for curve in curves
-        for at, _ in curve.jumps
+        for position, _ in curve.jumps
     ]
-    if found:
-        across, up = np.array(found).T
+    if crosses:
+        jump_x, jump_y = np.array(crosses).T
         axes.plot(
-            across,
-            100.0 * up,
+            jump_x,
+            100.0 * jump_y,
             linestyle="none",
             marker="x",
             markersize=8.0,
@@ -204,11 +206,11 @@ def _draw_jumps(axes: Axes, where: Array, curves: Sequence[WalkCurve]) -> None:
         )
 
 
-def _draw_points(axes: Axes, where: Array, points: Array) -> None:
+def _draw_points(axes: Axes, x: Array, points: Array) -> None:
     middle, low, high = 100.0 * points
     lengths = np.maximum((middle - low, high - middle), 0.0)
     axes.errorbar(
-        where,
+        x,
         middle,
         lengths,
         fmt="D",
@@ -242,9 +244,13 @@ def reliability_figure(panels: Sequence[tuple[str, ArrayLike]]) -> Figure:
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
     figure = new_figure(2.7 * columns + 0.5, 2.8 * rows + 0.9, layout="constrained")
-    for place, (title, given) in enumerate(panels):
-        axes = figure.add_subplot(rows, columns, place + 1)
-        _draw(axes, title, 100.0 * np.asarray(given, dtype=np.float64).reshape(-1, 3))
+    for number, (title, rows_of_bins) in enumerate(panels):
+        axes = figure.add_subplot(rows, columns, number + 1)
+        _draw(
+            axes,
+            title,
+            100.0 * np.asarray(rows_of_bins, dtype=np.float64).reshape(-1, 3),
+        )
     figure.suptitle(
         "Does a larger expected error mean a larger true one? Parts in ten bins of "
         "rising expected error",

@@ -61,10 +61,10 @@ class RealPlate(NamedTuple):
 
     def in_words(self) -> str:
         """For a table."""
-        how = "moving" if self.speed else "at rest"
+        feeding = "moving" if self.speed else "at rest"
         return (
             f"restitution {self.restitution:.2f}, friction {self.friction:.2f}, "
-            f"{1e3 * self.drop_height:.0f} mm, {how}"
+            f"{1e3 * self.drop_height:.0f} mm, {feeding}"
         )
 
 
@@ -117,8 +117,8 @@ def study_parts() -> list[Part]:
 
 def read_counts() -> list[list[list[int]]]:
     """Counts by plate, part and pose, as `python -m study.plates.friction` writes them."""
-    found: list[list[list[int]]] = json.loads(FILE.read_text(encoding="utf-8"))
-    return found
+    counts: list[list[list[int]]] = json.loads(FILE.read_text(encoding="utf-8"))
+    return counts
 
 
 def count_poses(
@@ -147,14 +147,14 @@ def poses_reached(
     radius = resting.body.radius
     faces = resting.equilibria
     pose = resting.clusters.pose
-    barrier = np.array([each.barrier for each in resting.poses])[pose]
-    least = radius * faces.heights + np.minimum(NEAR * barrier, radius)
+    barrier = np.array([stable_pose.barrier for stable_pose in resting.poses])[pose]
+    rest_energy = radius * faces.heights + np.minimum(NEAR * barrier, radius)
     inverse = np.linalg.inv(resting.inertia * radius * radius)
     ends = _drop_all(
         resting.body.points * radius,
         inverse,
         faces.downs,
-        least,
+        rest_energy,
         turns,
         height,
         velocity,
@@ -173,7 +173,16 @@ def _unit(vectors: Array) -> Array:
 
 @numba.njit(cache=True)
 def _drop_all(  # type: ignore[no-untyped-def]
-    corners, inverse, downs, least, turns, heights, velocities, spins, plate, radius
+    corners,
+    inverse,
+    downs,
+    rest_energy,
+    turns,
+    heights,
+    velocities,
+    spins,
+    plate,
+    radius,
 ):
     ends = np.empty(len(turns), np.int64)
     for drop in range(len(turns)):
@@ -181,7 +190,7 @@ def _drop_all(  # type: ignore[no-untyped-def]
             corners,
             inverse,
             downs,
-            least,
+            rest_energy,
             turns[drop].copy(),
             heights[drop],
             velocities[drop].copy(),
@@ -193,7 +202,9 @@ def _drop_all(  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _drop(corners, inverse, downs, least, turn, height, velocity, spin, plate, radius):  # type: ignore[no-untyped-def]
+def _drop(  # type: ignore[no-untyped-def]
+    corners, inverse, downs, rest_energy, turn, height, velocity, spin, plate, radius
+):
     """The face, by its number among the stable ones, that a drop ends on; -1 for none."""
     restitution, friction = plate
     shortest = SHORTEST * math.sqrt(radius / GRAVITY)
@@ -222,7 +233,7 @@ def _drop(corners, inverse, downs, least, turn, height, velocity, spin, plate, r
             rate = world @ momentum
             energy = z + 0.5 * (velocity @ velocity + rate @ momentum) / GRAVITY
             face = np.argmax(downs @ -turn[2])
-            if energy < least[face]:
+            if energy < rest_energy[face]:
                 return face
         z += velocity[2] * step
         half = _turned(turn, rate, 0.5 * step)
@@ -238,8 +249,10 @@ def _turned(turn, rate, seconds):  # type: ignore[no-untyped-def]
         return turn.copy()
     x, y, z = rate * (seconds / angle)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    by = np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross)
-    return by @ turn
+    rotation = (
+        np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross)
+    )
+    return rotation @ turn
 
 
 @numba.njit(cache=True)
@@ -247,7 +260,7 @@ def _touch(arms, z, velocity, momentum, world, restitution, friction, slowest): 
     """Impacts of all corners that touch and approach, the fastest first, in place."""
     for _ in range(50):
         fastest = -0.03 * slowest
-        found = -1
+        corner = -1
         rate = world @ momentum
         for number in range(len(arms)):
             if z + arms[number, 2] <= 0.0:
@@ -256,11 +269,11 @@ def _touch(arms, z, velocity, momentum, world, restitution, friction, slowest): 
                 )
                 if rise < fastest:
                     fastest = rise
-                    found = number
-        if found < 0:
+                    corner = number
+        if corner < 0:
             return
         bounce = restitution if fastest < -slowest else 0.0
-        strike(arms[found], velocity, momentum, world, bounce, friction)
+        strike(arms[corner], velocity, momentum, world, bounce, friction)
 
 
 @numba.njit(cache=True)
@@ -275,7 +288,7 @@ def strike(arm, velocity, momentum, world, restitution, friction):  # type: igno
     small = -slip[2] / yielding[2, 2] / slices
     impulse = np.zeros(3)
     work = 0.0
-    wanted = math.inf
+    target = math.inf
     direction = np.zeros(3)
     for _ in range(1000 * SLICES):
         sliding = math.hypot(slip[0], slip[1])
@@ -286,20 +299,20 @@ def strike(arm, velocity, momentum, world, restitution, friction):  # type: igno
             hold = math.hypot(tangent[0], tangent[1])
             direction[:2] = tangent * min(1.0, friction / max(hold, 1e-12))
         change = yielding @ direction * small
-        if wanted == math.inf and slip[2] + change[2] >= 0.0 and change[2] > 0.0:
+        if target == math.inf and slip[2] + change[2] >= 0.0 and change[2] > 0.0:
             part = -slip[2] / change[2]  # up to the greatest compression exactly
             work += 0.5 * slip[2] * small * part
             impulse += direction * small * part
             slip += change * part
-            wanted = -work * restitution * restitution
+            target = -work * restitution * restitution
             work = 0.0
-            if wanted == 0.0:
+            if target == 0.0:
                 break
             continue
         work += (slip[2] + 0.5 * change[2]) * small
         impulse += direction * small
         slip += change
-        if work >= wanted:
+        if work >= target:
             break
     velocity += impulse
     momentum += cross @ impulse

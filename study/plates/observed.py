@@ -21,26 +21,26 @@ from .friction import read_counts, study_parts
 COUNTS = (30, 100, 300, 1000)
 """Of each of all parts, drawn from the shares that the plate's counts have."""
 
-WAYS = ("estimate", "counts", "observed", "observed, 5 points assumed")
+SOURCES = ("estimate", "counts", "observed", "observed, 5 points assumed")
 
 
 def observed_errors(repeats: int, seed: int) -> dict[int, dict[str, float]]:
     """Root mean square errors over groups, parts and plates, by counts of a part and way."""
     models = [estimate_in(part, DropScene(), "split") for part in study_parts()]
-    found: dict[int, dict[str, float]] = {}
+    errors: dict[int, dict[str, float]] = {}
     for counted in COUNTS:
-        squares: dict[str, list[float]] = {way: [] for way in WAYS}
+        squares: dict[str, list[float]] = {method: [] for method in SOURCES}
         for plate, counts in enumerate(read_counts()):
             for repeat in range(repeats):
                 random = np.random.default_rng((seed, counted, plate, repeat))
                 true = [np.array(count) / sum(count) for count in counts]
-                seen = [random.multinomial(counted, shares) for shares in true]
-                told = [
+                samples = [random.multinomial(counted, shares) for shares in true]
+                evidence = [
                     plate_evidence(model, count)
-                    for model, count in zip(models, seen, strict=True)
+                    for model, count in zip(models, samples, strict=True)
                 ]
-                for place, (model, count) in enumerate(zip(models, seen, strict=True)):
-                    learnt = learn_plate_error(told[:place] + told[place + 1 :])
+                for row, (model, count) in enumerate(zip(models, samples, strict=True)):
+                    learnt = learn_plate_error(evidence[:row] + evidence[row + 1 :])
                     answers = (
                         shares_of(model),
                         count / counted,
@@ -50,13 +50,14 @@ def observed_errors(repeats: int, seed: int) -> dict[int, dict[str, float]]:
                         shares_of(observe_counts(model, count)),
                     )
                     group = np.array([pose.group for pose in by_index(model)])
-                    for way, answer in zip(WAYS, answers, strict=True):
-                        error = np.bincount(group, answer - true[place])
-                        squares[way].append(float(np.square(error).mean()))
-        found[counted] = {
-            way: math.sqrt(float(np.mean(each))) for way, each in squares.items()
+                    for method, answer in zip(SOURCES, answers, strict=True):
+                        error = np.bincount(group, answer - true[row])
+                        squares[method].append(float(np.square(error).mean()))
+        errors[counted] = {
+            method: math.sqrt(float(np.mean(of_method)))
+            for method, of_method in squares.items()
         }
-    return found
+    return errors
 
 
 def by_index(model: PoseStatistics) -> list[StablePose]:

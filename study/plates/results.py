@@ -11,7 +11,7 @@ import numpy as np
 from lab.bodies.dice import SOURCE
 from lab.frame.documents import markdown_table, plain, points, write_page
 
-from .observed import WAYS
+from .observed import SOURCES
 from .runs import COUNTED, FITTED, METHODS, PlateResults
 
 PAGE = "plates.md"
@@ -19,40 +19,42 @@ TRUE = 0.7, 1.4
 """Told over true error that is near enough."""
 
 
-def plates_text(found: PlateResults) -> str:
+def plates_text(results: PlateResults) -> str:
     """All plates as Markdown."""
     rows = [
         [
-            one.plate,
-            *(points(one.errors[method], 2) for method in METHODS),
-            points(one.told, 2),
-            f"{one.told / max(one.errors['fit'], 1e-4):.2f}",
-            f"{one.default_weight:.2f}",
+            plate.plate,
+            *(points(plate.errors[method], 2) for method in METHODS),
+            points(plate.told, 2),
+            f"{plate.told / max(plate.errors['fit'], 1e-4):.2f}",
+            f"{plate.default_weight:.2f}",
         ]
-        for one in found.plates
+        for plate in results.plates
     ]
-    simulated = found.plates[1:]
+    simulated = results.plates[1:]
     rows.append(
         [
             "all but the dice",
             *(
-                points(_together([one.errors[method] for one in simulated]), 2)
+                points(
+                    _root_mean_square([plate.errors[method] for plate in simulated]), 2
+                )
                 for method in METHODS
             ),
-            points(_together([one.told for one in simulated]), 2),
+            points(_root_mean_square([plate.told for plate in simulated]), 2),
             "",
             "",
         ]
     )
-    near = sum(
-        TRUE[0] <= one.told / max(one.errors["fit"], 1e-4) <= TRUE[1]
-        for one in simulated
+    count = sum(
+        TRUE[0] <= plate.told / max(plate.errors["fit"], 1e-4) <= TRUE[1]
+        for plate in simulated
     )
-    worse = max(one.errors["fit"] - one.errors["default"] for one in simulated)
+    worse = max(plate.errors["fit"] - plate.errors["default"] for plate in simulated)
     return "\n".join(
         [
             f"A plate is fitted to {FITTED} kinds of parts, and the others are predicted by `split`; "
-            f"{found.splits} random choices. Errors in points: root mean square over groups of poses, "
+            f"{results.splits} random choices. Errors in points: root mean square over groups of poses, "
             "the noise of the counts taken off. Budden's fifteen dice "
             f"({SOURCE}) were rolled; the other plates are simulated with friction "
             f"(`study/plates/friction.py`), twelve kinds of parts, {COUNTED} counts of each of the "
@@ -67,23 +69,23 @@ def plates_text(found: PlateResults) -> str:
                 rows,
             ),
             "",
-            f"Told over true is {TRUE[0]} to {TRUE[1]} on {near} of {len(simulated)} simulated "
+            f"Told over true is {TRUE[0]} to {TRUE[1]} on {count} of {len(simulated)} simulated "
             f"plates; the fit is at most {points(worse, 2)} points worse than the default on any.",
             "",
-            *_observed_lines(found),
+            *_observed_lines(results),
         ]
     )
 
 
-def _observed_lines(found: PlateResults) -> list[str]:
+def _observed_lines(results: PlateResults) -> list[str]:
     """What counts of a part are worth beside its estimate, without a fit."""
     rows = [
         [
             str(counted),
-            *(points(errors[way], 2) for way in WAYS),
+            *(points(errors[method], 2) for method in SOURCES),
             f"{errors['observed'] / min(errors['estimate'], errors['counts']):.2f}",
         ]
-        for counted, errors in found.observed.items()
+        for counted, errors in results.observed.items()
     ]
     return [
         "`observed` on the simulated plates without a fit, so many counts of each of the "
@@ -91,20 +93,20 @@ def _observed_lines(found: PlateResults) -> list[str]:
         "the smaller one of estimate and counts. The plate's error is learnt from the other "
         "eleven.",
         "",
-        markdown_table(("counts of a part", *WAYS, "over the better"), rows),
+        markdown_table(("counts of a part", *SOURCES, "over the better"), rows),
     ]
 
 
-def _together(errors: Sequence[float]) -> float:
+def _root_mean_square(errors: Sequence[float]) -> float:
     return math.sqrt(float(np.mean(np.square(errors))))
 
 
-def write_plates(found: PlateResults, folder: Path) -> list[Path]:
+def write_plates(results: PlateResults, folder: Path) -> list[Path]:
     """Write `measured/plates.md` and its numbers into a folder of documents."""
     head = (
         "# Fitted plates\n\nWritten by `python -m study plates -o docs`; edits here "
-        f"are lost. What is fitted, and how: [plates](../plates.md). Seed {found.seed}.\n\n"
+        f"are lost. What is fitted, and how: [plates](../plates.md). Seed {results.seed}.\n\n"
     )
     return write_page(
-        folder, PAGE, f"{head}{plates_text(found)}\n", {}, {"plates": plain(found)}
+        folder, PAGE, f"{head}{plates_text(results)}\n", {}, {"plates": plain(results)}
     )

@@ -92,7 +92,7 @@ def plates(
     say : callable
         Told what is done.
     """
-    found = [
+    judged = [
         judge_plate(
             "Budden's dice",
             [_candidate(counted_die(die)) for die in DICE],
@@ -107,7 +107,7 @@ def plates(
             _candidate(count_part(part, dict(enumerate(count))))
             for part, count in zip(study_parts(), counts, strict=True)
         ]
-        found.append(
+        judged.append(
             judge_plate(
                 plate_of(number).in_words(),
                 parts,
@@ -118,14 +118,14 @@ def plates(
             )
         )
     return PlateResults(
-        tuple(found), observed_errors(OBSERVED_REPEATS, seed), splits, seed
+        tuple(judged), observed_errors(OBSERVED_REPEATS, seed), splits, seed
     )
 
 
 def judge_plate(
     name: str,
     parts: Sequence[Candidate],
-    most: int,
+    limit: int,
     splits: int,
     seed: tuple[int, ...],
     say: Say,
@@ -133,51 +133,58 @@ def judge_plate(
     """Fit to at most so many counts of each of five parts, and predict the others."""
     squares: dict[str, list[float]] = {method: [] for method in METHODS}
     grid = SceneGrid(
-        [one.counted.resting.body.radius for one in parts], ROUND_SIDES[:1]
+        [part.counted.resting.body.radius for part in parts], ROUND_SIDES[:1]
     )
-    known = [ExplainedPart(one.counted, grid) for one in parts]
+    explained = [ExplainedPart(part.counted, grid) for part in parts]
     squares["best scene"] = [
         min(
-            float(np.mean([one.square_error(place) for one in known]))
-            for place in range(grid.prior.size)
+            float(np.mean([part.square_error(scene_index) for part in explained]))
+            for scene_index in range(grid.prior.size)
         )
     ]
-    by_digest = {one.counted.part.digest: one.counted for one in parts}
-    for left in fit_plate(list(by_digest.values())).parts:
-        counted = by_digest[left.part_digest]
-        share = np.bincount(counted.resting.group, left.left_out).astype(np.float64)
+    by_digest = {part.counted.part.digest: part.counted for part in parts}
+    for fitted_part in fit_plate(list(by_digest.values())).parts:
+        counted = by_digest[fitted_part.part_digest]
+        share = np.bincount(counted.resting.group, fitted_part.left_out).astype(
+            np.float64
+        )
         squares["all others"].append(_square_error(counted.by_group, share))
-    told = []
+    plate_errors = []
     weights = []
     for split_number in range(splits):
         random = np.random.default_rng((*seed, split_number))
         order = random.permutation(len(parts))
-        chosen = [_drawn(parts[k], most, random) for k in order[:FITTED]]
-        fit = fit_plate([one.counted for one in chosen])
+        chosen = [_draw_counts(parts[k], limit, random) for k in order[:FITTED]]
+        fit = fit_plate([part.counted for part in chosen])
         height = fit.drop_height[0]
         scene = DropScene(fit.restitution[0], height if height > 0.0 else None)
-        gibbs = _likeliest(chosen, lambda one, by: one.size * np.exp(-by * one.height))
+        gibbs = _likeliest(
+            chosen, lambda part, steepness: part.size * np.exp(-steepness * part.height)
+        )
         tilt = _likeliest(chosen, _tilted)
-        told.append(fit.plate_error)
+        plate_errors.append(fit.plate_error)
         weights.append(fit.default_weight)
-        for one in (parts[k] for k in order[FITTED:]):
+        for part in (parts[k] for k in order[FITTED:]):
             for method, share in (
-                ("default", one.default),
-                ("fit", shares_in(one.counted, scene)),
-                ("Gibbs", _normal(one.size * np.exp(-gibbs * one.height))),
-                ("split × tilt", _normal(_tilted(one, tilt))),
+                ("default", part.default),
+                ("fit", shares_in(part.counted, scene)),
+                ("Gibbs", _normal(part.size * np.exp(-gibbs * part.height))),
+                ("split × tilt", _normal(_tilted(part, tilt))),
             ):
-                squares[method].append(_square_error(one.counted.by_group, share))
+                squares[method].append(_square_error(part.counted.by_group, share))
     errors = {
-        method: math.sqrt(max(float(np.mean(each)), 0.0))
-        for method, each in squares.items()
+        method: math.sqrt(max(float(np.mean(values)), 0.0))
+        for method, values in squares.items()
     }
     say(
         f"{name}: "
         + ", ".join(f"{method} {100.0 * error:.2f}" for method, error in errors.items())
     )
     return PlateErrors(
-        name, errors, float(np.sqrt(np.mean(np.square(told)))), float(np.mean(weights))
+        name,
+        errors,
+        float(np.sqrt(np.mean(np.square(plate_errors)))),
+        float(np.mean(weights)),
     )
 
 
@@ -201,21 +208,23 @@ def _candidate(counted: CountedPart) -> Candidate:
     )
 
 
-def _drawn(one: Candidate, most: int, random: np.random.Generator) -> Candidate:
+def _draw_counts(
+    candidate: Candidate, limit: int, random: np.random.Generator
+) -> Candidate:
     """The same with at most so many of its counts."""
-    count = one.counted.counts
-    drawn = random.multivariate_hypergeometric(count, min(most, int(count.sum())))
-    return one._replace(
+    count = candidate.counted.counts
+    sample = random.multivariate_hypergeometric(count, min(limit, int(count.sum())))
+    return candidate._replace(
         counted=count_part(
-            one.counted.part,
-            dict(enumerate(drawn.tolist())),
-            **one.counted.numbering._asdict(),
+            candidate.counted.part,
+            dict(enumerate(sample.tolist())),
+            **candidate.counted.numbering._asdict(),
         )
     )
 
 
-def _tilted(one: Candidate, by: float) -> Array:
-    return np.asarray(one.default * np.exp(-by * one.height))
+def _tilted(candidate: Candidate, steepness: float) -> Array:
+    return np.asarray(candidate.default * np.exp(-steepness * candidate.height))
 
 
 def _normal(weight: Array) -> Array:
@@ -229,12 +238,12 @@ def _likeliest(
     fits = [
         sum(
             float(
-                one.counted.by_group
-                @ np.log(np.maximum(_normal(weigh(one, by)), 1e-12))
+                part.counted.by_group
+                @ np.log(np.maximum(_normal(weigh(part, steepness)), 1e-12))
             )
-            for one in parts
+            for part in parts
         )
-        for by in STEEPNESSES.tolist()
+        for steepness in STEEPNESSES.tolist()
     ]
     return float(STEEPNESSES[int(np.argmax(fits))])
 

@@ -42,11 +42,11 @@ def standard_error(
     of_dice, of_drops = (np.random.default_rng((seed, stream)) for stream in (0, 1))
     shape = REPLICATES, len(DICE)
     rolled = of_dice.binomial(ROLLS, MEASURED, shape) / ROLLS
-    known = np.asarray(predicted, dtype=np.float64)
+    shares = np.asarray(predicted, dtype=np.float64)
     if trials is not None:
         counts = np.asarray(trials)
-        known = of_drops.binomial(counts, known, shape) / counts
-    return float(np.sqrt(np.mean(np.square(known - rolled), axis=1)).std())
+        shares = of_drops.binomial(counts, shares, shape) / counts
+    return float(np.sqrt(np.mean(np.square(shares - rolled), axis=1)).std())
 
 
 def sampling_noise() -> float:

@@ -137,8 +137,8 @@ def _by_restitution(
 ) -> list[dict[str, Any]]:
     """A list, since the keys of a JSON object are no numbers."""
     return [
-        {"restitution": restitution, "points": plain(some)}
-        for restitution, some in points.items()
+        {"restitution": restitution, "points": plain(series)}
+        for restitution, series in points.items()
     ]
 
 
@@ -212,13 +212,12 @@ def _dice(results: PrismResults) -> list[str]:
         f"{'':>12} {'':>6} {'%':>9} {'%':>15}  "
         + "".join(f"{'%':>10}" for _ in (*simulated, *SHOWN)),
     ]
-    for place, die in enumerate(results.dice):
+    for row, die in enumerate(results.dice):
         values = [
-            _at(results.dice_simulated[restitution], place) for restitution in simulated
+            _share_at(results.dice_simulated[restitution], row)
+            for restitution in simulated
         ]
-        values += [
-            _points(float(results.dice_estimated[name][place])) for name in SHOWN
-        ]
+        values += [_points(float(results.dice_estimated[name][row])) for name in SHOWN]
         interval = f"{_points(die.low)} - {_points(die.high)}"
         lines.append(
             f"{die.ratio:>12.2f} {die.trials:>6} {_points(die.probability):>9} "
@@ -227,9 +226,9 @@ def _dice(results: PrismResults) -> list[str]:
     return [line.rstrip() for line in lines]
 
 
-def _at(points: Sequence[SidesPoint], place: int) -> str:
+def _share_at(points: Sequence[SidesPoint], row: int) -> str:
     """A share in percent; a dash where the run was stopped before."""
-    return _points(points[place].probability) if place < len(points) else "-"
+    return _points(points[row].probability) if row < len(points) else "-"
 
 
 def _points(fraction: float) -> str:

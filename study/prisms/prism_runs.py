@@ -79,21 +79,21 @@ def prisms(
         If a number of drops, the seed or the workers are out of their range.
     """
     begin = time.perf_counter()
-    for asked in (drops, dice_drops):
-        drop_request(asked, seed, 0.0, workers, None)
+    for number in (drops, dice_drops):
+        drop_request(number, seed, 0.0, workers, None)
     curve = np.array(_spread(CURVE_RATIOS))
     of_dice = [die.ratio for die in DICE]
     planned = [
         *_plan(_spread(DROPPED_RATIOS), drops, seed, OF_CURVE),
         *_plan(of_dice, dice_drops, seed, OF_DICE),
     ]
-    done = _run(planned, workers, on_progress, should_stop)
+    finished = _run(planned, workers, on_progress, should_stop)
     dice_estimated = estimated_sides(of_dice)
-    dice_simulated = _gathered(done, OF_DICE)
+    dice_simulated = _gathered(finished, OF_DICE)
     return PrismResults(
         ratios=curve,
         estimated=estimated_sides(curve),
-        simulated=_gathered(done, OF_CURVE),
+        simulated=_gathered(finished, OF_CURVE),
         dice=tuple(counted(die.ratio, die.rolls_on_sides, die.rolls) for die in DICE),
         dice_estimated=dice_estimated,
         dice_simulated=dice_simulated,
@@ -103,7 +103,7 @@ def prisms(
         dice_drops=dice_drops,
         seed=seed,
         release_radii=DEFAULT_DROP_RADII,
-        stopped=len(done) < len(planned),
+        stopped=len(finished) < len(planned),
         seconds=time.perf_counter() - begin,
     )
 
@@ -126,15 +126,15 @@ def _spread(count: int) -> list[float]:
 
 def _plan(ratios: Sequence[float], drops: int, seed: int, stream: int) -> list[_Drops]:
     return [
-        _Drops(stream, restitution, ratio, drops, _seed(seed, stream, row, place))
+        _Drops(stream, restitution, ratio, drops, _seed(seed, stream, row, number))
         for row, restitution in enumerate(RESTITUTIONS)
-        for place, ratio in enumerate(ratios)
+        for number, ratio in enumerate(ratios)
     ]
 
 
-def _seed(seed: int, *place: int) -> int:
+def _seed(seed: int, *words: int) -> int:
     """A seed of its own for each place."""
-    return int(np.random.SeedSequence((seed, *place)).generate_state(1, np.uint64)[0])
+    return int(np.random.SeedSequence((seed, *words)).generate_state(1, np.uint64)[0])
 
 
 def _run(
@@ -143,32 +143,37 @@ def _run(
     on_progress: Callable[[int, int], object] | None,
     should_stop: Callable[[], bool] | None,
 ) -> list[tuple[_Drops, SidesPoint]]:
-    done: list[tuple[_Drops, SidesPoint]] = []
+    finished: list[tuple[_Drops, SidesPoint]] = []
     count = 0
-    total = sum(one.drops for one in planned)
-    for one in planned:
+    total = sum(planned_run.drops for planned_run in planned)
+    for planned_run in planned:
         if (
             should_stop is not None and should_stop()
         ):  # a short simulation may end unasked
             break
         point = dropped_sides(
-            one.ratio, one.restitution, one.drops, one.seed, workers, should_stop
+            planned_run.ratio,
+            planned_run.restitution,
+            planned_run.drops,
+            planned_run.seed,
+            workers,
+            should_stop,
         )
         if point is None:
             break
-        done.append((one, point))
-        count += one.drops
+        finished.append((planned_run, point))
+        count += planned_run.drops
         if on_progress is not None:
             on_progress(count, total)
-    return done
+    return finished
 
 
-def _gathered(done: Iterable[tuple[_Drops, SidesPoint]], stream: int) -> Points:
+def _gathered(finished: Iterable[tuple[_Drops, SidesPoint]], stream: int) -> Points:
     return {
         restitution: tuple(
             point
-            for one, point in done
-            if (one.stream, one.restitution) == (stream, restitution)
+            for planned_run, point in finished
+            if (planned_run.stream, planned_run.restitution) == (stream, restitution)
         )
         for restitution in RESTITUTIONS
     }
@@ -178,7 +183,7 @@ def _misfits(
     estimated: dict[str, Array], simulated: Points, seed: int
 ) -> tuple[Misfit, ...]:
     error_seed = _seed(seed, OF_ERRORS)
-    found = [
+    misfits = [
         Misfit(
             name,
             ESTIMATORS[name].title,
@@ -195,7 +200,7 @@ def _misfits(
         error = standard_error(
             sides, [point.trials for point in points], seed=error_seed
         )
-        found.append(
+        misfits.append(
             Misfit(
                 "simulation",
                 f"simulation, restitution {restitution:g}",
@@ -205,7 +210,7 @@ def _misfits(
             )
         )
     # Equal but for rounding (CSAE and QSE): in the order of the registry.
-    return tuple(sorted(found, key=lambda misfit: round(misfit.rms, 12)))
+    return tuple(sorted(misfits, key=lambda misfit: round(misfit.rms, 12)))
 
 
 SCENE = DropScene(cluster_tolerance=0.0, round_sides=0)
@@ -226,13 +231,13 @@ def estimated_sides(ratios: ArrayLike) -> dict[str, Array]:
         By the estimator's name, in the registry's order; 0 to 1.
     """
     lengths = np.asarray(ratios, dtype=np.float64)
-    found = {name: np.empty_like(lengths) for name in ESTIMATORS}
-    for place, ratio in enumerate(lengths.tolist()):
+    shares = {name: np.empty_like(lengths) for name in ESTIMATORS}
+    for row, ratio in enumerate(lengths.tolist()):
         resting = resting_poses(square_prism(ratio), 0.0, 0)
         squares = [pose.index for pose in on_squares(resting.poses)]
         for name, estimator in ESTIMATORS.items():
-            found[name][place] = 1.0 - estimator.function(resting, SCENE)[squares].sum()
-    return found
+            shares[name][row] = 1.0 - estimator.function(resting, SCENE)[squares].sum()
+    return shares
 
 
 def dropped_sides(
@@ -247,7 +252,7 @@ def dropped_sides(
 
     The parameters are those of `simulate`. Drops that did not settle are left out of the share.
     """
-    found = simulate(
+    statistics = simulate(
         square_prism(ratio),
         drops,
         restitution,
@@ -257,11 +262,13 @@ def dropped_sides(
         cluster_tolerance=0.0,
         round_sides=0,
     )
-    settled = found.drops - found.unsettled
-    if found.drops < drops or not settled:
+    settled = statistics.drops - statistics.unsettled
+    if statistics.drops < drops or not settled:
         return None
     return counted(
-        ratio, settled - sum(pose.count for pose in on_squares(found.poses)), settled
+        ratio,
+        settled - sum(pose.count for pose in on_squares(statistics.poses)),
+        settled,
     )
 
 

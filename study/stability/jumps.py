@@ -23,7 +23,7 @@ KEPT = 0.5
 class Jump(NamedTuple):
     """A jump: its position along the walk, and the change with its sign."""
 
-    place: float
+    position: float
     size: float
 
 
@@ -46,7 +46,7 @@ class Change(NamedTuple):
 
 
 def change(
-    places: Array, values: Array, probability: Callable[[float], float], whole: bool
+    positions: Array, values: Array, probability: Callable[[float], float], whole: bool
 ) -> Change:
     """Find slopes between neighbours, and jumps.
 
@@ -63,24 +63,24 @@ def change(
     """
     jumps: list[Jump] = []
     slope = 0.0
-    at = float(places[0])
-    end = NARROW * float(places[-1] - places[0])
-    for k in range(len(places) - 1):
-        ends = (float(places[k]), float(places[k + 1]))
+    position = float(positions[0])
+    end = NARROW * float(positions[-1] - positions[0])
+    for k in range(len(positions) - 1):
+        ends = (float(positions[k]), float(positions[k + 1]))
         step = float(values[k + 1] - values[k])
-        found = (
+        found_jumps = (
             []
             if whole
             else _jumps(
                 ends, (float(values[k]), float(values[k + 1])), probability, end
             )
         )
-        jumps += found
-        steep = abs(step - sum(jump.size for jump in found)) / (ends[1] - ends[0])
+        jumps += found_jumps
+        steep = abs(step - sum(jump.size for jump in found_jumps)) / (ends[1] - ends[0])
         if steep > slope:
             slope = steep
-            at = ends[0]
-    return Change(slope, at, tuple(jumps))
+            position = ends[0]
+    return Change(slope, position, tuple(jumps))
 
 
 def _jumps(
@@ -101,13 +101,13 @@ def _jumps(
         middle = 0.5 * (low + high)
         if not low < middle < high:
             break
-        at = probability(middle)
-        if abs(at - first) >= abs(last - at):
+        share = probability(middle)
+        if abs(share - first) >= abs(last - share):
             high = middle
-            last = at
+            last = share
         else:
             low = middle
-            first = at
+            first = share
         if abs(last - first) < JUMP * KEPT:
             return []
     return [Jump(0.5 * (low + high), last - first)]
@@ -116,6 +116,6 @@ def _jumps(
 def spread(curves: Sequence[Array]) -> tuple[int, float]:
     """Where curves (k,) are farthest apart, and by how much."""
     stack = np.array(curves)
-    apart = stack.max(axis=0) - stack.min(axis=0)
-    place = int(np.argmax(apart))
-    return place, float(apart[place])
+    distance = stack.max(axis=0) - stack.min(axis=0)
+    row = int(np.argmax(distance))
+    return row, float(distance[row])

@@ -13,7 +13,7 @@ from ros_pose_stats.core.records.scene import (
 )
 from ros_pose_stats.core.resting.poses import resting_poses
 
-from .walk import SIZE, Step, Walk, along, spread_by_ratio, spread_evenly, towards
+from .walk import SIZE, Step, Walk, is_along, is_towards, spread_by_ratio, spread_evenly
 
 GEAR_WIDTH = 0.8
 """Width of the gears over their outer radius."""
@@ -40,7 +40,7 @@ def _turned() -> Walk:
         sides,
         True,
         lambda count: Step(part_from_mesh(*cylinder(round(count), SIZE, 2.0 * SIZE))),
-        along(2),
+        is_along(2),
         "both ends together",
         round_sides=DEFAULT_ROUND_SIDES,
         whole=True,
@@ -57,7 +57,7 @@ def _toothed() -> Walk:
         teeth,
         True,
         lambda count: Step(_gear(round(count))),
-        along(2),
+        is_along(2),
         "both faces together",
         round_sides=DEFAULT_ROUND_SIDES,
         whole=True,
@@ -73,7 +73,7 @@ def _drilled() -> Walk:
         spread_evenly(0.0, 0.96, 17),
         False,
         lambda diameter: Step(_drilled_block(diameter)),
-        towards((0.0, 0.0, -1.0), 0.3),
+        is_towards((0.0, 0.0, -1.0), 0.3),
         "the closed end",
         round_sides=DEFAULT_ROUND_SIDES,
     )
@@ -89,7 +89,7 @@ def _nudged() -> Walk:
         spread_by_ratio(1e-5, 0.1, 17),
         True,
         lambda tolerance: Step(lump, cluster_tolerance=tolerance),
-        towards((x, y, z), 0.1),
+        is_towards((x, y, z), 0.1),
         "its lowest pose",
         mark=DEFAULT_CLUSTER_TOLERANCE,
     )

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 PAGE = "stability.md"
 
 
-def write_stability(found: StabilityResults, folder: Path) -> list[Path]:
+def write_stability(results: StabilityResults, folder: Path) -> list[Path]:
     """Write `measured/stability.md`, its figures and numbers.
 
     Parameters
@@ -40,57 +40,60 @@ def write_stability(found: StabilityResults, folder: Path) -> list[Path]:
     list of Path
         What was written.
     """
-    figures = {f"stability_{one.walk.name}": draw_walk(one) for one in found.walks}
+    figures = {
+        f"stability_{walk_results.walk.name}": draw_walk(walk_results)
+        for walk_results in results.walks
+    }
     return write_page(
         folder,
         PAGE,
-        stability_page(found),
-        {**figures, "stability_reliability": draw_reliability(found)},
-        {"stability": as_dict(found)},
+        stability_page(results),
+        {**figures, "stability_reliability": draw_reliability(results)},
+        {"stability": as_dict(results)},
     )
 
 
-def as_dict(found: StabilityResults) -> dict[str, Any]:
+def as_dict(results: StabilityResults) -> dict[str, Any]:
     """Plain values for JSON."""
     return {
         "scene": SCENE,
-        "walks": [_walk(one) for one in found.walks],
+        "walks": [_walk(one) for one in results.walks],
         "reliability": {
             name: [one._asdict() for one in bins]
-            for name, bins in found.reliability.items()
+            for name, bins in results.reliability.items()
         },
     }
 
 
-def _walk(one: WalkResults) -> dict[str, Any]:
+def _walk(results: WalkResults) -> dict[str, Any]:
     return {
-        "name": one.walk.name,
-        "title": one.walk.title,
-        "parameter": one.walk.parameter,
-        "logarithmic": one.walk.logarithmic,
-        "watched": one.walk.quantity,
-        "cluster_tolerance": one.walk.cluster_tolerance,
-        "values": one.values.tolist(),
-        "poses": one.poses.tolist(),
-        "methods": [_method(one, curve) for curve in one.curves],
+        "name": results.walk.name,
+        "title": results.walk.title,
+        "parameter": results.walk.parameter,
+        "logarithmic": results.walk.logarithmic,
+        "watched": results.walk.quantity,
+        "cluster_tolerance": results.walk.cluster_tolerance,
+        "values": results.values.tolist(),
+        "poses": results.poses.tolist(),
+        "methods": [_method(results, curve) for curve in results.curves],
         "simulation": {
-            "probability": one.simulated.values.tolist(),
-            "low": one.simulated.low.tolist(),
-            "high": one.simulated.high.tolist(),
-            "settled": one.simulated.settled.tolist(),
+            "probability": results.simulated.values.tolist(),
+            "low": results.simulated.low.tolist(),
+            "high": results.simulated.high.tolist(),
+            "settled": results.simulated.settled.tolist(),
         },
     }
 
 
-def _method(found: WalkResults, one: Curve) -> dict[str, Any]:
+def _method(results: WalkResults, curve: Curve) -> dict[str, Any]:
     return {
-        "method": one.method,
-        "probability": one.values.tolist(),
-        "slope": one.change.slope,
-        "slope_at": found.walk.value(one.change.slope_at),
+        "method": curve.method,
+        "probability": curve.values.tolist(),
+        "slope": curve.change.slope,
+        "slope_at": results.walk.value(curve.change.slope_at),
         "jumps": [
-            {"at": found.walk.value(jump.place), "size": jump.size}
-            for jump in one.change.jumps
+            {"at": results.walk.value(jump.position), "size": jump.size}
+            for jump in curve.change.jumps
         ],
     }
 
@@ -128,58 +131,64 @@ each bin of what was expected and of what came true, in points. The last row is 
 """
 
 
-def stability_page(found: StabilityResults) -> str:
+def stability_page(results: StabilityResults) -> str:
     """The whole page, Markdown."""
     parts = [INTRODUCTION.format(scene=SCENE)]
-    for one in found.walks:
-        name = one.walk.name
-        picture = f"![{one.walk.title}](../figures/stability_{name}.png)"
+    for walk_results in results.walks:
+        name = walk_results.walk.name
+        picture = f"![{walk_results.walk.title}](../figures/stability_{name}.png)"
         parts += [
-            f"## {one.walk.title}\n",
+            f"## {walk_results.walk.title}\n",
             f"{picture}\n",
             *wrap(LESSONS[name], WIDTH),
             "",
-            walk_text(one),
+            walk_text(walk_results),
             "",
         ]
-    return "\n".join([*parts, RELIABILITY, reliability_text(found), ""])
+    return "\n".join([*parts, RELIABILITY, reliability_text(results), ""])
 
 
-def stability_text(found: StabilityResults) -> str:
+def stability_text(results: StabilityResults) -> str:
     """All tables."""
-    parts = [f"### {one.walk.title}\n\n{walk_text(one)}" for one in found.walks]
+    parts = [
+        f"### {walk_results.walk.title}\n\n{walk_text(walk_results)}"
+        for walk_results in results.walks
+    ]
     return "\n\n".join(
-        [SCENE, *parts, f"### Expected errors\n\n{reliability_text(found)}"]
+        [SCENE, *parts, f"### Expected errors\n\n{reliability_text(results)}"]
     )
 
 
-def reliability_text(found: StabilityResults) -> str:
+def reliability_text(results: StabilityResults) -> str:
     """Table with a row for each method: expected and true error in every bin of parts."""
-    bins = len(next(iter(found.reliability.values())))
+    bins = len(next(iter(results.reliability.values())))
     head = ["method, expected / true", *(f"bin {k + 1}" for k in range(bins))]
     rows = [
         [
             ESTIMATORS[name].title if name in ESTIMATORS else name,
-            *(f"{points(one.expected)} / {points(one.true)}" for one in some),
+            *(
+                f"{points(parts.expected)} / {points(parts.true)}"
+                for parts in reliability_bins
+            ),
         ]
-        for name, some in found.reliability.items()
+        for name, reliability_bins in results.reliability.items()
     ]
     return markdown_table(head, rows)
 
 
-def walk_text(found: WalkResults) -> str:
+def walk_text(results: WalkResults) -> str:
     """A line that says where methods differ most, and a table with a row for each method."""
-    curves = {one.method: one.values for one in found.curves}
-    place, apart = spread(list(curves.values()))
-    at = {name: float(values[place]) for name, values in curves.items()}
-    low = min(at, key=at.__getitem__)
-    high = max(at, key=at.__getitem__)
-    steps = np.abs(np.diff(found.simulated.values))
-    noise = _noise(found)
-    said = (
-        f"Watched: {found.walk.quantity}; {found.poses.min()} to {found.poses.max()} stable "
-        f"poses. The methods are farthest apart at {found.values[place]:.3g}: {_title(low)} "
-        f"{points(at[low])} %, {_title(high)} {points(at[high])} %, {points(apart)} points. "
+    curves = {curve.method: curve.values for curve in results.curves}
+    row, distance = spread(list(curves.values()))
+    shares = {name: float(values[row]) for name, values in curves.items()}
+    low = min(shares, key=shares.__getitem__)
+    high = max(shares, key=shares.__getitem__)
+    steps = np.abs(np.diff(results.simulated.values))
+    noise = _noise(results)
+    summary = (
+        f"Watched: {results.walk.quantity}; {results.poses.min()} to {results.poses.max()} stable "
+        f"poses. The methods are farthest apart at {results.values[row]:.3g}: {_title(low)} "
+        f"{points(shares[low])} %, {_title(high)} {points(shares[high])} %, {points(distance)} points. "
         f"The simulation's standard error is at most {points(noise.max(), 2)} points, its "
         f"largest step between neighbouring values {points(steps.max())}."
     )
@@ -193,31 +202,33 @@ def walk_text(found: WalkResults) -> str:
         "at",
         "beyond noise",
     )
-    rows = markdown_table(head, [_row(found, one) for one in found.curves])
-    return "\n".join([*wrap(said, WIDTH), "", rows])
+    rows = markdown_table(head, [_row(results, curve) for curve in results.curves])
+    return "\n".join([*wrap(summary, WIDTH), "", rows])
 
 
-def _row(found: WalkResults, one: Curve) -> tuple[str, ...]:
-    away = np.abs(one.values - found.simulated.values)
+def _row(results: WalkResults, curve: Curve) -> tuple[str, ...]:
+    away = np.abs(curve.values - results.simulated.values)
     worst = int(np.argmax(away))
-    sizes = [abs(jump.size) for jump in one.change.jumps]
-    far = int((away > 4.0 * _noise(found)).sum())
+    sizes = [abs(jump.size) for jump in curve.change.jumps]
+    outside_noise = int((away > 4.0 * _noise(results)).sum())
     return (
-        _title(one.method),
+        _title(curve.method),
         str(len(sizes)),
         points(max(sizes)) if sizes else "",
-        points(0.01 * one.change.slope, 3),
-        f"{found.walk.value(one.change.slope_at):.3g}" if one.change.slope else "",
+        points(0.01 * curve.change.slope, 3),
+        f"{results.walk.value(curve.change.slope_at):.3g}"
+        if curve.change.slope
+        else "",
         points(float(away[worst])),
-        f"{found.values[worst]:.3g}",
-        f"{far} of {len(found.values)}",
+        f"{results.values[worst]:.3g}",
+        f"{outside_noise} of {len(results.values)}",
     )
 
 
-def _noise(found: WalkResults) -> NDArray[np.float64]:
+def _noise(results: WalkResults) -> NDArray[np.float64]:
     """Standard error of the simulation at each value, never 0."""
-    n = found.simulated.settled
-    q = (found.simulated.values * n + 0.5) / (n + 1.0)
+    n = results.simulated.settled
+    q = (results.simulated.values * n + 0.5) / (n + 1.0)
     return np.asarray(np.sqrt(q * (1.0 - q) / n))
 
 
@@ -228,18 +239,22 @@ def _title(name: str) -> str:
 PAPER = "the paper's estimators and those before it"
 
 
-def draw_walk(found: WalkResults) -> Figure:
+def draw_walk(results: WalkResults) -> Figure:
     """Estimators of the paper on the left, newer ones on the right, the simulation in both."""
-    walk = found.walk
-    simulated = found.simulated
-    paper = [_curve(found, one) for one in found.curves if one.method in ERRORS]
-    ours = [_curve(found, one) for one in found.curves if one.method not in ERRORS]
+    walk = results.walk
+    simulated = results.simulated
+    paper = [
+        _curve(results, curve) for curve in results.curves if curve.method in ERRORS
+    ]
+    ours = [
+        _curve(results, curve) for curve in results.curves if curve.method not in ERRORS
+    ]
     with_drops = "drops with it" if len(ours) == 1 else "hybrid"
-    heading = f"{listed([one.label for one in ours])}, and {with_drops}"
-    ours.append(WalkCurve(f"hybrid, {COMBINED_DROPS} drops", found.combined))
+    heading = f"{listed([curve.label for curve in ours])}, and {with_drops}"
+    ours.append(WalkCurve(f"hybrid, {COMBINED_DROPS} drops", results.combined))
     drops = int(simulated.settled.max())
     return walk_figure(
-        found.values,
+        results.values,
         [WalkPanel(PAPER, paper), WalkPanel(heading, ours, paper, "those on the left")],
         np.array([simulated.values, simulated.low, simulated.high]),
         walk.parameter,
@@ -247,30 +262,32 @@ def draw_walk(found: WalkResults) -> Figure:
         logarithmic=walk.logarithmic,
         mark=walk.mark,
         title=walk.title,
-        note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops.{_tolerance(found)} {SCENE}",
+        note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops.{_tolerance(results)} {SCENE}",
     )
 
 
-def _tolerance(found: WalkResults) -> str:
+def _tolerance(results: WalkResults) -> str:
     """The cluster tolerance, where the walk does not change it."""
-    walk = found.walk
-    changed = walk.make(float(found.values[0])).cluster_tolerance is not None
+    walk = results.walk
+    changed = walk.make(float(results.values[0])).cluster_tolerance is not None
     return "" if changed else f" Cluster tolerance {walk.cluster_tolerance:g}."
 
 
-def draw_reliability(found: StabilityResults) -> Figure:
+def draw_reliability(results: StabilityResults) -> Figure:
     """Expected against true errors, a panel a method."""
     return reliability_figure(
         [
             (
                 ESTIMATORS[name].title if name in ESTIMATORS else name,
-                np.array([(one.expected, one.true, one.error) for one in bins]),
+                np.array([(parts.expected, parts.true, parts.error) for parts in bins]),
             )
-            for name, bins in found.reliability.items()
+            for name, bins in results.reliability.items()
         ]
     )
 
 
-def _curve(found: WalkResults, one: Curve) -> WalkCurve:
-    jumps = [(found.walk.value(jump.place), jump.size) for jump in one.change.jumps]
-    return WalkCurve(ESTIMATORS[one.method].title, one.values, jumps)
+def _curve(results: WalkResults, curve: Curve) -> WalkCurve:
+    jumps = [
+        (results.walk.value(jump.position), jump.size) for jump in curve.change.jumps
+    ]
+    return WalkCurve(ESTIMATORS[curve.method].title, curve.values, jumps)

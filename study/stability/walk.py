@@ -85,13 +85,13 @@ class Walk:
     whole: bool = False
     mark: float | None = None
 
-    def place(self, value: float) -> float:
+    def position(self, value: float) -> float:
         """Position along the walk: the value or its logarithm."""
         return float(np.log(value)) if self.logarithmic else value
 
-    def value(self, place: float) -> float:
+    def value(self, position: float) -> float:
         """The parameter at a position."""
-        return float(np.exp(place)) if self.logarithmic else place
+        return float(np.exp(position)) if self.logarithmic else position
 
     def tolerance(self, step: Step) -> float:
         """Cluster tolerance at a step."""
@@ -102,16 +102,16 @@ class Walk:
         )
 
 
-def towards(
+def is_towards(
     direction: tuple[float, float, float], angle: float
 ) -> Callable[[Array], NDArray[np.bool_]]:
     """Whether directions (P, 3) lie within an angle, in radians, of one."""
     unit = np.asarray(direction) / np.linalg.norm(direction)
-    least = np.cos(angle)
-    return lambda downs: np.asarray(downs @ unit >= least)
+    cosine = np.cos(angle)
+    return lambda downs: np.asarray(downs @ unit >= cosine)
 
 
-def along(axis: int) -> Callable[[Array], NDArray[np.bool_]]:
+def is_along(axis: int) -> Callable[[Array], NDArray[np.bool_]]:
     """Whether directions (P, 3) lie nearest to an axis, either way."""
     return lambda downs: np.asarray(np.abs(downs[:, axis]) > 0.9)
 

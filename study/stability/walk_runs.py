@@ -116,16 +116,18 @@ def stability(
     on_progress : callable, optional
         Called with the title of each walk.
     """
-    found = []
+    measured_walks = []
     for walk in walks():
         on_progress(walk.title)
-        found.append(measured(walk, QUICK_DROPS if quick else DROPS, 3 if quick else 1))
+        measured_walks.append(
+            measure_walk(walk, QUICK_DROPS if quick else DROPS, 3 if quick else 1)
+        )
     on_progress("expected errors against true ones")
     datasets = [shipped_dataset()] if quick else shipped_datasets()
-    return StabilityResults(tuple(found), reliability(datasets))
+    return StabilityResults(tuple(measured_walks), reliability(datasets))
 
 
-def measured(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
+def measure_walk(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
     """Measure every estimator and the simulation along one walk.
 
     Parameters
@@ -138,20 +140,23 @@ def measured(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
     """
     values = walk.values[::stride]
     steps = [walk.make(value) for value in values.tolist()]
-    told = [_estimated(walk, step) for step in steps]
-    places = np.array([walk.place(value) for value in values.tolist()])
+    estimates = [_estimated(walk, step) for step in steps]
+    positions = np.array([walk.position(value) for value in values.tolist()])
 
     @lru_cache(maxsize=4096)
-    def between(place: float) -> dict[str, float]:
-        return _estimated(walk, walk.make(walk.value(place)))
+    def estimate_at(position: float) -> dict[str, float]:
+        return _estimated(walk, walk.make(walk.value(position)))
 
     def curve(method: str) -> Curve:
-        probabilities = np.array([one[method] for one in told])
+        probabilities = np.array([estimate[method] for estimate in estimates])
         return Curve(
             method,
             probabilities,
             change(
-                places, probabilities, lambda place: between(place)[method], walk.whole
+                positions,
+                probabilities,
+                lambda position: estimate_at(position)[method],
+                walk.whole,
             ),
         )
 
@@ -163,7 +168,7 @@ def measured(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
         walk,
         values,
         np.array(poses),
-        tuple(map(curve, told[0])),
+        tuple(map(curve, estimates[0])),
         _simulated(walk, steps, drops),
         _combined(walk, steps),
     )
@@ -171,14 +176,14 @@ def measured(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
 
 def _estimated(walk: Walk, step: Step) -> dict[str, float]:
     """Probability of what is watched, by each estimator."""
-    found = estimate_all(
+    answers = estimate_all(
         step.part,
         restitution=step.restitution,
         drop_height=step.drop_height,
         cluster_tolerance=walk.tolerance(step),
         round_sides=walk.round_sides,
     )
-    return {one.method: _watched(walk, one) for one in found}
+    return {answer.method: _watched(walk, answer) for answer in answers}
 
 
 def _combined(walk: Walk, steps: Sequence[Step]) -> Array:
@@ -191,22 +196,24 @@ def _combined(walk: Walk, steps: Sequence[Step]) -> Array:
                     step.part,
                     COMBINED_DROPS,
                     step.restitution,
-                    COMBINED_SEED + place,
+                    COMBINED_SEED + number,
                     step.drop_height,
                     cluster_tolerance=walk.tolerance(step),
                     round_sides=walk.round_sides,
                 ),
             )
-            for place, step in enumerate(steps)
+            for number, step in enumerate(steps)
         ]
     )
 
 
-def _watched(walk: Walk, found: PoseStatistics) -> float:
-    seen = walk.watched(np.array([pose.down for pose in found.poses]))
+def _watched(walk: Walk, statistics: PoseStatistics) -> float:
+    is_watched = walk.watched(np.array([pose.down for pose in statistics.poses]))
     return float(
         sum(
-            pose.probability for pose, yes in zip(found.poses, seen, strict=True) if yes
+            pose.probability
+            for pose, yes in zip(statistics.poses, is_watched, strict=True)
+            if yes
         )
     )
 
@@ -216,7 +223,7 @@ def _simulated(walk: Walk, steps: Sequence[Step], drops: int) -> SimulatedCurve:
     counts = []
     settled = []
     for seed, step in enumerate(steps):
-        found = simulate(
+        statistics = simulate(
             step.part,
             drops,
             step.restitution,
@@ -225,11 +232,15 @@ def _simulated(walk: Walk, steps: Sequence[Step], drops: int) -> SimulatedCurve:
             cluster_tolerance=walk.tolerance(step),
             round_sides=walk.round_sides,
         )
-        seen = walk.watched(np.array([pose.down for pose in found.poses]))
+        is_watched = walk.watched(np.array([pose.down for pose in statistics.poses]))
         counts.append(
-            sum(pose.count for pose, yes in zip(found.poses, seen, strict=True) if yes)
+            sum(
+                pose.count
+                for pose, yes in zip(statistics.poses, is_watched, strict=True)
+                if yes
+            )
         )
-        settled.append(found.drops - found.unsettled)
+        settled.append(statistics.drops - statistics.unsettled)
     low, high = jeffreys_interval(np.array(counts), np.array(settled), LEVEL)
     return SimulatedCurve(
         np.array(counts) / np.array(settled), low, high, np.array(settled)
@@ -269,12 +280,12 @@ def reliability(datasets: Sequence[Dataset]) -> dict[str, tuple[ReliabilityBin, 
     expected: dict[str, list[float]] = {}
     squares: dict[str, list[Array]] = {}
     for dataset in datasets:
-        for name, told, found in _judged(dataset):
-            expected.setdefault(name, []).extend(told)
-            squares.setdefault(name, []).append(found)
+        for name, expected_errors, square_error in _judged(dataset):
+            expected.setdefault(name, []).extend(expected_errors)
+            squares.setdefault(name, []).append(square_error)
     return {
-        name: _bins(np.array(told), np.concatenate(squares[name]))
-        for name, told in expected.items()
+        name: _bins(np.array(expected_errors), np.concatenate(squares[name]))
+        for name, expected_errors in expected.items()
     }
 
 
@@ -282,36 +293,44 @@ def _judged(dataset: Dataset) -> Iterator[tuple[str, list[float], Array]]:
     """Name, expected errors (B,) and true mean squares (B,), at each restitution."""
     poses = restings(dataset)
     ends = dataset.pose_starts[1:-1]
-    for restitution, told_by in scene_estimates(dataset, poses).items():
+    for restitution, estimates_of in scene_estimates(dataset, poses).items():
         scene = DropScene(restitution, dataset.spec.drop_height, 0.0, 0)
-        for name, values in told_by.items():
-            told = [
-                expected_error(name, one, some, scene).part_error
-                for one, some in zip(poses, np.split(values, ends), strict=True)
+        for name, values in estimates_of.items():
+            expected_errors = [
+                expected_error(name, resting, shares, scene).part_error
+                for resting, shares in zip(poses, np.split(values, ends), strict=True)
             ]
-            yield name, told, square_errors(values, dataset.simulated(restitution))
+            yield (
+                name,
+                expected_errors,
+                square_errors(values, dataset.simulated(restitution)),
+            )
     for restitution in dataset.spec.restitutions:
-        few = dataset.simulated(restitution, FEW_DROPS)
-        told = [
-            root_mean_square(standard_errors(some, int(some.sum())))
-            for some in np.split(few.count, ends)
+        first_drops = dataset.simulated(restitution, FEW_DROPS)
+        expected_errors = [
+            root_mean_square(standard_errors(shares, int(shares.sum())))
+            for shares in np.split(first_drops.count, ends)
         ]
-        others = dataset.rest(restitution, FEW_DROPS)
-        yield SIMULATION, told, square_errors(few.probability, others)
+        remaining_drops = dataset.remaining_drops(restitution, FEW_DROPS)
+        yield (
+            SIMULATION,
+            expected_errors,
+            square_errors(first_drops.probability, remaining_drops),
+        )
 
 
 def _bins(expected: Array, squares: Array) -> tuple[ReliabilityBin, ...]:
-    found = []
-    for some in np.array_split(np.argsort(expected, kind="stable"), BINS):
-        mean = float(squares[some].mean())
-        scatter = float(squares[some].std(ddof=1)) / math.sqrt(len(some))
+    bins = []
+    for rows in np.array_split(np.argsort(expected, kind="stable"), BINS):
+        mean = float(squares[rows].mean())
+        scatter = float(squares[rows].std(ddof=1)) / math.sqrt(len(rows))
         true = math.sqrt(max(mean, 0.0))
-        found.append(
+        bins.append(
             ReliabilityBin(
-                math.sqrt(float(np.mean(np.square(expected[some])))),
+                math.sqrt(float(np.mean(np.square(expected[rows])))),
                 true,
                 0.5 * scatter / true if true > 0.0 else math.sqrt(scatter),
-                len(some),
+                len(rows),
             )
         )
-    return tuple(found)
+    return tuple(bins)

@@ -19,10 +19,10 @@ from .walk import (
     Array,
     Step,
     Walk,
-    along,
+    is_along,
+    is_towards,
     spread_by_ratio,
     spread_evenly,
-    towards,
 )
 
 LEAN_HEIGHT = 1.5
@@ -63,7 +63,7 @@ def _leaning() -> Walk:
         spread_evenly(0.85, 1.15, 13),
         False,
         lambda lean: Step(_leaning_prism(lean)),
-        along(2),
+        is_along(2),
         "both bases together",
         0.0,
         mark=1.0,
@@ -83,7 +83,7 @@ def _roof() -> Walk:
         spread_by_ratio(1e-12, 0.3, 24),
         True,
         lambda rise: Step(_house(rise)),
-        towards((0.0, 0.0, 1.0), 0.8),
+        is_towards((0.0, 0.0, 1.0), 0.8),
         "the roof",
         0.0,
     )
@@ -103,7 +103,7 @@ def _sphere() -> Walk:
         spread_by_ratio(1e-4, 0.2, 12),
         True,
         lambda offset: Step(_loaded_sphere(offset)),
-        towards((0.0, 0.0, -1.0), 0.25 * math.pi),
+        is_towards((0.0, 0.0, -1.0), 0.25 * math.pi),
         "a pose within 45 degrees of the heavy side",
     )
 
@@ -130,7 +130,7 @@ def _prism() -> Walk:
         spread_by_ratio(0.01, 100.0, 25),
         True,
         lambda ratio: Step(part_from_mesh(*box(SIZE, SIZE, ratio * SIZE))),
-        along(2),
+        is_along(2),
         "both square faces together",
     )
 
@@ -143,7 +143,7 @@ def _broken_cube() -> Walk:
         spread_by_ratio(1e-12, 1e-1, 23),
         True,
         lambda size: Step(_hull(_moved(np.array(box(1.0, 1.0, 1.0)[0]), size))),
-        towards((0.0, 0.0, -1.0), NEAR),
+        is_towards((0.0, 0.0, -1.0), NEAR),
         "one face",
         0.0,
     )
@@ -158,7 +158,7 @@ def _noisy() -> Walk:
         spread_by_ratio(1e-9, 1e-1, 17),
         True,
         lambda size: Step(_hull(_moved(body.vertices, size))),
-        towards(_favourite(body.part()), NEAR),
+        is_towards(_favourite(body.part()), NEAR),
         "its most probable pose",
         0.0,
     )
@@ -173,7 +173,7 @@ def _restitution() -> Walk:
         spread_evenly(0.0, 0.95, 20),
         False,
         lambda value: Step(part, restitution=value),
-        along(2),
+        is_along(2),
         "both square faces together",
     )
 
@@ -188,7 +188,7 @@ def _rocking() -> Walk:
         spread_evenly(0.0, 0.95, 20),
         False,
         lambda value: Step(part, restitution=value),
-        towards((x, y, z), 0.1),
+        is_towards((x, y, z), 0.1),
         "the higher one of the two",
         0.0,
     )
@@ -205,7 +205,7 @@ def _drop_height() -> Walk:
         lambda radii: Step(
             part, drop_height=radii * resting_poses(part, round_sides=0).body.radius
         ),
-        along(2),
+        is_along(2),
         "both square faces together",
         mark=1.0,
     )

@@ -46,32 +46,39 @@ def table(
     """
     begin = time.perf_counter()
     poses = restings(dataset, on_progress)
-    found = scene_estimates(dataset, poses)
+    estimates = scene_estimates(dataset, poses)
     first = dataset.spec.block_ends[0]
     with ThreadPoolExecutor(1) as pool:  # the drops' kernels leave the interpreter free
-        again = (
-            pool.submit(outliers, dataset, _first(found)["combined"], first)
+        dropped_again = (
+            pool.submit(
+                outliers, dataset, _first_estimates(estimates)["combined"], first
+            )
             if rerun
             else None
         )
-        results = _compared(dataset, found, poses, first)
-        dropped = tuple(again.result()) if again else ()
+        results = _compared(dataset, estimates, poses, first)
+        dropped = tuple(dropped_again.result()) if dropped_again else ()
     return replace(results, outliers=dropped, seconds=time.perf_counter() - begin)
 
 
 def _compared(
     dataset: Dataset,
-    found: dict[float, dict[str, Array]],
+    estimates: dict[float, dict[str, Array]],
     poses: list[RestingPoses],
     first: int,
 ) -> TableResults:
     """All results but the outliers."""
     spec = dataset.spec
-    single = {one: dataset.simulated(one) for one in spec.restitutions}
-    of_first = {one: dataset.simulated(one, first) for one in spec.restitutions}
-    every = pooled(list(single.values()))
-    every_first = pooled(list(of_first.values()))
-    apart = (
+    single = {
+        restitution: dataset.simulated(restitution) for restitution in spec.restitutions
+    }
+    of_first = {
+        restitution: dataset.simulated(restitution, first)
+        for restitution in spec.restitutions
+    }
+    all_drops = pooled(list(single.values()))
+    first_drops = pooled(list(of_first.values()))
+    difference = (
         sensitivity(single[min(single)], single[max(single)])
         if len(single) > 1
         else None
@@ -82,28 +89,31 @@ def _compared(
         rows=tuple(
             _row(
                 name,
-                {rho: told[name] for rho, told in found.items()},
+                {rho: shares[name] for rho, shares in estimates.items()},
                 single,
-                every,
-                every_first,
+                all_drops,
+                first_drops,
             )
-            for name in _first(found)
+            for name in _first_estimates(estimates)
         ),
         first=first,
-        pooled_noise=noise_of(every, paper.DROPS),
+        pooled_noise=noise_of(all_drops, paper.DROPS),
         noise={
-            one: noise_of(simulated, paper.DROPS) for one, simulated in single.items()
+            restitution: noise_of(simulated, paper.DROPS)
+            for restitution, simulated in single.items()
         },
-        sensitivity=apart,
+        sensitivity=difference,
         combined=combined_row(dataset, poses, first) if spec.drops > first else None,
         calibration={
-            one: calibration(of_first[one], dataset.rest(one, first))
-            for one in spec.restitutions
+            restitution: calibration(
+                of_first[restitution], dataset.remaining_drops(restitution, first)
+            )
+            for restitution in spec.restitutions
             if spec.drops > first
         },
-        refits=tuple(refits(_first(found), every, single)),
+        refits=tuple(refits(_first_estimates(estimates), all_drops, single)),
         outliers=(),
-        estimates=found,
+        estimates=estimates,
         seconds=0.0,
     )
 
@@ -112,22 +122,25 @@ def _row(
     name: str,
     values: dict[float, Array],
     single: dict[float, SimulatedPoses],
-    every: SimulatedPoses,
-    every_first: SimulatedPoses,
+    all_drops: SimulatedPoses,
+    first_drops: SimulatedPoses,
 ) -> Row:
-    repeated = np.concatenate([values[one] for one in single])
+    repeated = np.concatenate([values[restitution] for restitution in single])
     return Row(
         name,
         ESTIMATORS[name].title,
-        accuracy(repeated, every),
-        {one: accuracy(values[one], simulated) for one, simulated in single.items()},
-        accuracy(repeated, every_first),
+        accuracy(repeated, all_drops),
+        {
+            restitution: accuracy(values[restitution], simulated)
+            for restitution, simulated in single.items()
+        },
+        accuracy(repeated, first_drops),
     )
 
 
-def _first(found: dict[float, dict[str, Array]]) -> dict[str, Array]:
+def _first_estimates(estimates: dict[float, dict[str, Array]]) -> dict[str, Array]:
     """Estimates at the first restitution, for methods that do not know it."""
-    return next(iter(found.values()))
+    return next(iter(estimates.values()))
 
 
 def _shapes(dataset: Dataset, first: dict[float, SimulatedPoses]) -> Shapes:
@@ -143,7 +156,9 @@ def _shapes(dataset: Dataset, first: dict[float, SimulatedPoses]) -> Shapes:
         faces=_range(arrays["triangles"]),
         redraws=int(arrays["redraws"].sum()),
         unsettled=drops - int(arrays["settled"].sum()),
-        largest_probability=float(max(one.probability.max() for one in first.values())),
+        largest_probability=float(
+            max(simulated.probability.max() for simulated in first.values())
+        ),
     )
 
 
@@ -165,20 +180,28 @@ def combined_row(
     first : int
         Number of the first drops.
     """
-    rest = {one: dataset.rest(one, first) for one in dataset.spec.restitutions}
-    told = {
-        one: _combined_values(
-            poses,
-            dataset.simulated(one, first),
-            DropScene(one, dataset.spec.drop_height, 0.0, 0),
-        )
-        for one in rest
+    remaining = {
+        restitution: dataset.remaining_drops(restitution, first)
+        for restitution in dataset.spec.restitutions
     }
-    every = accuracy(np.concatenate(list(told.values())), pooled(list(rest.values())))
+    shares = {
+        restitution: _combined_values(
+            poses,
+            dataset.simulated(restitution, first),
+            DropScene(restitution, dataset.spec.drop_height, 0.0, 0),
+        )
+        for restitution in remaining
+    }
+    pooled_error = accuracy(
+        np.concatenate(list(shares.values())), pooled(list(remaining.values()))
+    )
     return CombinedRow(
         f"hybrid, {first} drops",
-        every,
-        {one: accuracy(told[one], rest[one]) for one in rest},
+        pooled_error,
+        {
+            restitution: accuracy(shares[restitution], remaining[restitution])
+            for restitution in remaining
+        },
     )
 
 
@@ -186,11 +209,13 @@ def _combined_values(
     poses: list[RestingPoses], counted: SimulatedPoses, scene: DropScene
 ) -> Array:
     """Probabilities by hybrid of all bodies' poses."""
-    ends = np.cumsum([len(one.poses) for one in poses])[:-1]
+    ends = np.cumsum([len(resting.poses) for resting in poses])[:-1]
     return np.concatenate(
         [
-            pose_prior(one, scene).update(counts).probability
-            for one, counts in zip(poses, np.split(counted.count, ends), strict=True)
+            pose_prior(resting, scene).update(counts).probability
+            for resting, counts in zip(
+                poses, np.split(counted.count, ends), strict=True
+            )
         ]
     )
 
@@ -210,44 +235,46 @@ def outliers(dataset: Dataset, estimate: Array, first: int) -> list[Outlier]:
     first : int
         Number of the first drops.
     """
-    seen = np.stack(
+    simulated = np.stack(
         [
-            dataset.simulated(one, first).probability
-            for one in dataset.spec.restitutions
+            dataset.simulated(restitution, first).probability
+            for restitution in dataset.spec.restitutions
         ],
         axis=1,
     )
     return [
-        _again(dataset, float(estimate[pose]), pose, which, float(seen[pose, which]))
-        for pose, which in _largest(dataset, np.abs(seen - estimate[:, None]))
+        _drop_again(
+            dataset, float(estimate[pose]), pose, column, float(simulated[pose, column])
+        )
+        for pose, column in _largest(dataset, np.abs(simulated - estimate[:, None]))
     ]
 
 
 def _largest(dataset: Dataset, away: Array) -> Iterator[tuple[int, int]]:
     """Poses and places of restitutions, the worst first, each body once."""
-    seen: set[int] = set()
-    for place in np.argsort(-away, axis=None, kind="stable").tolist():
-        pose, which = divmod(place, away.shape[1])
+    bodies: set[int] = set()
+    for rank in np.argsort(-away, axis=None, kind="stable").tolist():
+        pose, column = divmod(rank, away.shape[1])
         body = int(dataset.body[pose])
-        if body not in seen:
-            seen.add(body)
-            yield pose, which
-        if len(seen) == NUMBER:
+        if body not in bodies:
+            bodies.add(body)
+            yield pose, column
+        if len(bodies) == NUMBER:
             return
 
 
-def _again(
-    dataset: Dataset, estimate: float, pose: int, which: int, first: float
+def _drop_again(
+    dataset: Dataset, estimate: float, pose: int, column: int, first: float
 ) -> Outlier:
     """Drop an outlier afresh, since the drops by which it was found are biased."""
     spec = dataset.spec
     body = int(dataset.body[pose])
-    restitution = spec.restitutions[which]
+    restitution = spec.restitutions[column]
     number = pose - int(dataset.pose_starts[body])
     part = dataset.part(body)
-    found = []
+    shares = []
     for run, drops in enumerate(MORE_DROPS, 1):
-        told = simulate(
+        statistics = simulate(
             part,
             drops,
             restitution,
@@ -256,7 +283,14 @@ def _again(
             cluster_tolerance=0.0,
             round_sides=0,
         )
-        found.append(
-            (drops, next(one.probability for one in told.poses if one.index == number))
+        shares.append(
+            (
+                drops,
+                next(
+                    stable_pose.probability
+                    for stable_pose in statistics.poses
+                    if stable_pose.index == number
+                ),
+            )
         )
-    return Outlier(body, number, restitution, estimate, first, tuple(found))
+    return Outlier(body, number, restitution, estimate, first, tuple(shares))

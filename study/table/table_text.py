@@ -10,55 +10,55 @@ from .. import paper
 from .table_results import Range, TableResults
 
 
-def table_text(found: TableResults) -> str:
+def table_text(results: TableResults) -> str:
     """Sections with a line of explanation and a table each."""
-    return "\n\n".join(_sections(found))
+    return "\n\n".join(_sections(results))
 
 
-def _sections(found: TableResults) -> Iterator[str]:
-    spec = found.spec
+def _sections(results: TableResults) -> Iterator[str]:
+    spec = results.spec
     yield (
         f"### Shift {spec.shift:g} ({spec.shift_moment}), {spec.bodies} bodies, "
         f"{spec.drops} drops of each, {spec.scene}\n\n"
         "Errors in points, noise removed, ± standard error (bootstrap over bodies). `largest` "
         "is the largest deviation from simulation, noise included: the paper's in "
-        f"{paper.DROPS} drops, here in the first {found.first} and in all. `hybrid` was given "
+        f"{paper.DROPS} drops, here in the first {results.first} and in all. `hybrid` was given "
         "the first drops and is held against the others."
     )
-    yield _estimators(found)
-    yield _noise(found)
-    yield "The bodies beside the paper's:\n\n" + _bodies(found)
-    if found.refits:
+    yield _estimators(results)
+    yield _noise(results)
+    yield "The bodies beside the paper's:\n\n" + _bodies(results)
+    if results.refits:
         yield (
             "Fitted anew to this dataset (± standard error); errors in points with the "
-            "published numbers and with the fitted ones:\n\n" + _refits(found)
+            "published numbers and with the fitted ones:\n\n" + _refits(results)
         )
-    if found.calibration:
+    if results.calibration:
         yield (
-            f"Whether standard errors and 90 % intervals of {found.first} drops fit the "
-            f"other {spec.drops - found.first}:\n\n" + _calibration(found)
+            f"Whether standard errors and 90 % intervals of {results.first} drops fit the "
+            f"other {spec.drops - results.first}:\n\n" + _calibration(results)
         )
-    if found.outliers:
+    if results.outliers:
         yield (
             "The largest deviations of the combined estimator after "
-            f"{found.first} drops, and after fresh ones, in points (section 4.F):\n\n"
-            + _outliers(found)
+            f"{results.first} drops, and after fresh ones, in points (section 4.F):\n\n"
+            + _outliers(results)
         )
 
 
-def _estimators(found: TableResults) -> str:
-    restitutions = found.spec.restitutions
+def _estimators(results: TableResults) -> str:
+    restitutions = results.spec.restitutions
     head = [
         "estimator",
         "paper",
         "pooled",
-        *(f"ρ = {one:g}" for one in restitutions),
+        *(f"ρ = {restitution:g}" for restitution in restitutions),
         "largest, paper",
-        f"largest, {found.first}",
-        f"largest, {found.spec.drops}",
+        f"largest, {results.first}",
+        f"largest, {results.spec.drops}",
     ]
     rows = []
-    for row in found.rows:
+    for row in results.rows:
         largest = paper.LARGEST.get(row.name)
         printed = paper.ERRORS.get(row.name)
         rows.append(
@@ -67,55 +67,56 @@ def _estimators(found: TableResults) -> str:
                 "" if printed is None else points(printed),
                 with_error(row.pooled.error, row.pooled.standard_error),
                 *(
-                    with_error(one.error, one.standard_error)
-                    for one in row.by_restitution.values()
+                    with_error(restitution.error, restitution.standard_error)
+                    for restitution in row.by_restitution.values()
                 ),
                 "" if largest is None else points(largest),
                 points(row.first.largest),
                 points(row.pooled.largest),
             ]
         )
-    if found.combined is not None:
-        both = found.combined
+    if results.combined is not None:
+        combined = results.combined
         rows.append(
             [
-                both.title,
+                combined.title,
                 "",
-                with_error(both.pooled.error, both.pooled.standard_error),
+                with_error(combined.pooled.error, combined.pooled.standard_error),
                 *(
-                    with_error(one.error, one.standard_error)
-                    for one in both.by_restitution.values()
+                    with_error(restitution.error, restitution.standard_error)
+                    for restitution in combined.by_restitution.values()
                 ),
                 "",
                 "",
-                points(both.pooled.largest),
+                points(combined.pooled.largest),
             ]
         )
     return markdown_table(head, rows)
 
 
-def _noise(found: TableResults) -> str:
+def _noise(results: TableResults) -> str:
     single = ", ".join(
-        f"{with_error(*noise[:2])} at {one:g}" for one, noise in found.noise.items()
+        f"{with_error(*noise[:2])} at {restitution:g}"
+        for restitution, noise in results.noise.items()
     )
     lines = [
-        f"Noise σ(p, s) of {paper.DROPS} drops: {with_error(*found.pooled_noise[:2])} points "
+        f"Noise σ(p, s) of {paper.DROPS} drops: {with_error(*results.pooled_noise[:2])} points "
         f"(paper {points(paper.NOISE, 2)}); {single}."
     ]
-    if found.sensitivity is not None:
-        low = min(found.spec.restitutions)
-        high = max(found.spec.restitutions)
-        one = found.sensitivity
+    if results.sensitivity is not None:
+        low = min(results.spec.restitutions)
+        high = max(results.spec.restitutions)
+        restitution = results.sensitivity
         lines.append(
             f"Sensitivity σ(p, p) between restitution {low:g} and {high:g}: "
-            f"{with_error(one.error, one.standard_error)} points "
+            f"{with_error(restitution.error, restitution.standard_error)} points "
             f"(paper {points(paper.SENSITIVITY, 2)} between 0.2 and 0.8)."
         )
     return "\n".join(lines)
 
 
-def _bodies(found: TableResults) -> str:
-    shapes = found.shapes
+def _bodies(results: TableResults) -> str:
+    shapes = results.shapes
     values = 3 * round(paper.MEAN_POSES * 1057)
     rows = [
         ("N, poses times restitutions", f"{values}", f"{shapes.values}"),
@@ -124,7 +125,7 @@ def _bodies(found: TableResults) -> str:
         ("vertices", _span(paper.VERTICES), _span(shapes.vertices)),
         ("faces", _span(paper.FACES), _span(shapes.faces)),
         (
-            f"largest probability in {found.first} drops",
+            f"largest probability in {results.first} drops",
             f"{paper.LARGEST_PROBABILITY:.2f}",
             f"{shapes.largest_probability:.2f}",
         ),
@@ -134,21 +135,21 @@ def _bodies(found: TableResults) -> str:
     return markdown_table(("", "paper", "here"), rows)
 
 
-def _refits(found: TableResults) -> str:
+def _refits(results: TableResults) -> str:
     rows = []
-    for one in found.refits:
-        published = ", ".join(f"{value:.3g}" for value in one.published)
+    for refit in results.refits:
+        published = ", ".join(f"{value:.3g}" for value in refit.published)
         fitted = ", ".join(
             f"{value:.3g} ± {error:.2g}"
-            for value, error in zip(one.fitted, one.standard_error, strict=True)
+            for value, error in zip(refit.fitted, refit.standard_error, strict=True)
         )
         rows.append(
             (
-                one.name,
+                refit.name,
                 published,
                 fitted,
-                points(one.published_error, 2),
-                points(one.error, 2),
+                points(refit.published_error, 2),
+                points(refit.error, 2),
             )
         )
     return markdown_table(
@@ -156,44 +157,44 @@ def _refits(found: TableResults) -> str:
     )
 
 
-def _calibration(found: TableResults) -> str:
+def _calibration(results: TableResults) -> str:
     rows = [
         (
             f"ρ = {restitution:g}",
-            plus_minus(one.z_rms, one.z_rms_error, 3),
-            f"{one.expected_z_rms:.3f}",
-            f"{with_error(one.coverage, one.coverage_error, 1)} %",
-            f"{100 * one.expected_coverage:.1f} %",
+            plus_minus(calibration.z_rms, calibration.z_rms_error, 3),
+            f"{calibration.expected_z_rms:.3f}",
+            f"{with_error(calibration.coverage, calibration.coverage_error, 1)} %",
+            f"{100 * calibration.expected_coverage:.1f} %",
         )
-        for restitution, one in found.calibration.items()
+        for restitution, calibration in results.calibration.items()
     ]
     return markdown_table(("", "rms of z", "expected", "coverage", "expected"), rows)
 
 
-def _outliers(found: TableResults) -> str:
-    more = [drops for drops, _ in found.outliers[0].again]
+def _outliers(results: TableResults) -> str:
+    drop_numbers = [drops for drops, _ in results.outliers[0].again]
     rows = []
-    for one in found.outliers:
+    for outlier in results.outliers:
         rows.append(
             (
-                f"body {one.body}, pose {one.pose}",
-                f"{one.restitution:g}",
-                points(abs(one.first - one.estimate)),
-                *(points(abs(told - one.estimate)) for _, told in one.again),
+                f"body {outlier.body}, pose {outlier.pose}",
+                f"{outlier.restitution:g}",
+                points(abs(outlier.first - outlier.estimate)),
+                *(points(abs(share - outlier.estimate)) for _, share in outlier.again),
             )
         )
-    for k, (restitution, first, again) in enumerate(paper.OUTLIERS):
+    for k, (restitution, first, later) in enumerate(paper.OUTLIERS):
         rows.append(
             (
                 f"paper's, {k + 1}",
                 f"{restitution:g}",
                 points(first),
-                points(again),
-                *([""] * (len(more) - 1)),
+                points(later),
+                *([""] * (len(drop_numbers) - 1)),
             )
         )
     return markdown_table(
-        ("", "ρ", f"{found.first} drops", *(f"{n} drops" for n in more)), rows
+        ("", "ρ", f"{results.first} drops", *(f"{n} drops" for n in drop_numbers)), rows
     )
 
 

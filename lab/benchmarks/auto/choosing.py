@@ -46,13 +46,13 @@ class Answer(NamedTuple):
 def choosing(cases: Sequence[Case]) -> tuple[Section, Section]:
     """Table of the targets, a row each and one for all, and table of the families."""
     answers = {target: [_auto(case, target) for case in cases] for target in TARGETS}
-    kept = np.array(
+    is_kept = np.array(
         [[answer.is_within_target for answer in row] for row in answers.values()]
     )
     rows = [
         _row(f"auto, {100.0 * target:g} points", row) for target, row in answers.items()
     ]
-    share = float(kept.mean())
+    share = float(is_kept.mean())
     milliseconds = sum(float(row.cells["auto, ms"]) for row in rows)
     rows.append(
         Row(
@@ -61,14 +61,16 @@ def choosing(cases: Sequence[Case]) -> tuple[Section, Section]:
             (Target("kept", share, KEPT, at_least=True),),
         )
     )
-    about = TIMED.format(
+    description = TIMED.format(
         len({case.number for case in cases}),
         int(cases[0].reference.sum()),
         TIMED_EVERY,
     )
     return (
-        Section("auto", "The cheapest method for a target error", about, tuple(rows)),
-        _families(cases, kept),
+        Section(
+            "auto", "The cheapest method for a target error", description, tuple(rows)
+        ),
+        _families(cases, is_kept),
     )
 
 
@@ -103,15 +105,15 @@ def _row(name: str, answers: Sequence[Answer]) -> Row:
     )
 
 
-def _families(cases: Sequence[Case], kept: NDArray[np.bool_]) -> Section:
+def _families(cases: Sequence[Case], is_kept: NDArray[np.bool_]) -> Section:
     """Table of the families, from which case (T, C) kept each target."""
     family = np.array([case.family for case in cases])
     rows = []
     for name in np.unique(family).tolist():
         is_member = family == name
         shares = {
-            f"{100.0 * target:g} points": 100.0 * float(each[is_member].mean())
-            for target, each in zip(TARGETS, kept, strict=True)
+            f"{100.0 * target:g} points": 100.0 * float(of_target[is_member].mean())
+            for target, of_target in zip(TARGETS, is_kept, strict=True)
         }
         error = math.sqrt(KEPT * (1.0 - KEPT) / is_member.sum())
         rows.append(
@@ -121,7 +123,7 @@ def _families(cases: Sequence[Case], kept: NDArray[np.bool_]) -> Section:
                     "cases": int(is_member.sum()),
                     "error": 100.0 * error,
                     **shares,
-                    "all": 100.0 * float(kept[:, is_member].mean()),
+                    "all": 100.0 * float(is_kept[:, is_member].mean()),
                 },
             )
         )

@@ -20,10 +20,10 @@ from .page import page
 from .slopes import Slope, measure_slopes
 
 
-def measure(each: int, workers: int) -> list[Slope]:
+def measure(count: int, workers: int) -> list[Slope]:
     """Measure the parts one after the other."""
     slopes: list[Slope] = []
-    for family, number in all_parts(each):
+    for family, number in all_parts(count):
         case = make_case(family, number)
         features = len(case.space.features)
         print(f"{family} {number}: {features} features", file=sys.stderr, flush=True)

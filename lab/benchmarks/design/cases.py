@@ -41,9 +41,9 @@ class Case(NamedTuple):
 RESTITUTIONS = (0.3, 0.5, 0.7)
 
 
-def all_parts(each: int) -> Iterator[tuple[str, int]]:
+def all_parts(count: int) -> Iterator[tuple[str, int]]:
     """Family and number of `each` parts a family, and of the demo parts."""
-    for number in range(each):
+    for number in range(count):
         yield from ((family, number) for family in (*FAMILIES, INSERT))
     yield from ((DEMO, number) for number in range(len(DEMO_PARTS)))
 
@@ -65,9 +65,13 @@ def make_case(family: str, number: int) -> Case:
     ).poses:
         groups.setdefault(pose.group, []).append(pose.index)
         share[pose.group] = pose.group_probability
-    some = [group for group in groups if LEAST < share[group] < MOST] or list(groups)
-    wanted = tuple(groups[some[int(draw.integers(len(some)))]])
-    return Case(family, number, space, WantedShare(space, wanted), restitution, draw)
+    candidates = [group for group in groups if LEAST < share[group] < MOST] or list(
+        groups
+    )
+    wanted_poses = tuple(groups[candidates[int(draw.integers(len(candidates)))]])
+    return Case(
+        family, number, space, WantedShare(space, wanted_poses), restitution, draw
+    )
 
 
 def _part(

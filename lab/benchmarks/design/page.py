@@ -16,28 +16,28 @@ from .slopes import Slope
 KINDS = {"centre": "centre of mass", "stretch": "stretching", "face": "resting face"}
 
 
-def summarise_slopes(found: Sequence[Slope]) -> dict[str, float]:
+def summarise_slopes(slopes: Sequence[Slope]) -> dict[str, float]:
     """Counts, signs and slopes of some cases.
 
     `slope` is that of the estimated on the measured changes through the origin, with the noise of
     the drops taken off; `held` the share of the cases in the 90 % interval of both errors.
     """
     estimated, error, measured, noise = np.array(
-        [one[3:7] for one in found], dtype=np.float64
+        [slope[3:7] for slope in slopes], dtype=np.float64
     ).T
     clear = (np.abs(estimated) > error) & (np.abs(measured) > noise)
     right = np.sign(estimated) == np.sign(measured)
     power = float((measured**2 - noise**2).sum())
-    apart = (measured - estimated) ** 2 - noise**2
+    differences = (measured - estimated) ** 2 - noise**2
     return {
-        "cases": len(found),
-        "parts": len({one[:2] for one in found}),
+        "cases": len(slopes),
+        "parts": len({slope[:2] for slope in slopes}),
         "clear": int(clear.sum()),
         "right": float(right[clear].mean()) if clear.any() else math.nan,
         "slope": float((estimated * measured).sum()) / power,
         "slope_error": _slope_error(estimated, measured, noise),
-        "size": math.sqrt(max(0.0, power / len(found))),
-        "apart": math.sqrt(max(0.0, float(apart.mean()))),
+        "size": math.sqrt(max(0.0, power / len(slopes))),
+        "apart": math.sqrt(max(0.0, float(differences.mean()))),
         "held": float(
             (np.abs(measured - estimated) <= 1.645 * np.hypot(error, noise)).mean()
         ),
@@ -53,37 +53,37 @@ def _slope_error(
     draw = np.random.default_rng(0)
     slopes = []
     for _ in range(400):
-        some = draw.integers(len(estimated), size=len(estimated))
-        p = estimated[some]
-        m = measured[some]
-        e = noise[some]
+        resample = draw.integers(len(estimated), size=len(estimated))
+        p = estimated[resample]
+        m = measured[resample]
+        e = noise[resample]
         slopes.append((p * m).sum() / (m * m - e * e).sum())
     return float(np.std(slopes))
 
 
-def slopes_table(found: Sequence[Slope]) -> str:
+def slopes_table(slopes: Sequence[Slope]) -> str:
     """Markdown: all cases, then those of each kind."""
     rows = []
-    for name, some in (
-        ("all", list(found)),
+    for name, of_kind in (
+        ("all", list(slopes)),
         *(
-            (about, [one for one in found if one.kind == kind])
-            for kind, about in KINDS.items()
+            (label, [slope for slope in slopes if slope.kind == kind])
+            for kind, label in KINDS.items()
         ),
     ):
-        if not some:
+        if not of_kind:
             continue
-        told = summarise_slopes(some)
+        summary = summarise_slopes(of_kind)
         rows.append(
             (
                 name,
-                f"{told['cases']}",
-                f"{told['clear']}",
-                points(told["right"], 0),
-                f"{told['slope']:.2f} ± {told['slope_error']:.2f}",
-                points(told["size"]),
-                points(told["apart"]),
-                points(told["held"], 0),
+                f"{summary['cases']}",
+                f"{summary['clear']}",
+                points(summary["right"], 0),
+                f"{summary['slope']:.2f} ± {summary['slope_error']:.2f}",
+                points(summary["size"]),
+                points(summary["apart"]),
+                points(summary["held"], 0),
             )
         )
     return markdown_table(
@@ -103,7 +103,7 @@ def slopes_table(found: Sequence[Slope]) -> str:
 
 def page(slopes: Sequence[Slope]) -> str:
     """The whole page."""
-    told = summarise_slopes(slopes)
+    summary = summarise_slopes(slopes)
     return f"""# How far estimated effects of changes are right
 
 Written by `python -m lab.benchmarks.design --write`; edits here are lost. What is changed and how:
@@ -112,7 +112,7 @@ the wanted poses are one group of poses, drawn at random from those of 10 to 90 
 
 ## Derivatives
 
-{told["parts"]} parts of all families, prisms with a hidden insert and the demo parts; of each
+{summary["parts"]} parts of all families, prisms with a hidden insert and the demo parts; of each
 some features drawn at random, changed by {100.0 * STEP:g} % of the radius to both sides, and
 dropped before and after from the same starts. *Clear* are the
 cases whose estimated and measured changes both exceed their errors. *Slope* is that of the

@@ -44,37 +44,43 @@ def measure_slopes(case: Case, workers: int) -> list[Slope]:
     """Measure some features of a part, drawn at random."""
     space = case.space
     model = case.model
-    drawn = []
+    features = []
     for kind, count in CHOSEN:
-        mine = np.flatnonzero([one.kind == kind for one in space.features])
-        drawn += case.draw.choice(mine, min(count, len(mine)), replace=False).tolist()
+        candidates = np.flatnonzero(
+            [feature_or_variant.kind == kind for feature_or_variant in space.features]
+        )
+        features += case.draw.choice(
+            candidates, min(count, len(candidates)), replace=False
+        ).tolist()
     base = space.change_feature(0, 0.0)
     share = model.estimate(base)
-    drops = _affordable(case, base, 2 * len(drawn), workers)
-    found = []
-    for number in drawn:
+    drops = _affordable(case, base, 2 * len(features), workers)
+    slopes = []
+    for number in features:
         feature = space.features[number]
         unit = STEP * (space.body.radius if feature.is_length else 1.0)
         try:
             pair = [space.change_feature(number, side) for side in (-unit, unit)]
         except MeshError:  # a step that leaves no body is no case
             continue
-        other, change = (model.estimate(one) - share for one in pair)
-        slope = 0.5 * (change - other)
+        opposite, change = (
+            model.estimate(feature_or_variant) - share for feature_or_variant in pair
+        )
+        slope = 0.5 * (change - opposite)
         measured = paired_difference(*model.drop(pair, drops, case.number, workers))
-        found.append(
+        slopes.append(
             Slope(
                 case.family,
                 case.number,
                 feature.kind,
                 slope,
-                effect_error(slope, 0.5 * abs(change + other)),
+                effect_error(slope, 0.5 * abs(change + opposite)),
                 0.5 * measured.value,
                 0.5 * max(measured.standard_error, 1.0 / measured.trials),
                 measured.trials,
             )
         )
-    return found
+    return slopes
 
 
 def _affordable(case: Case, base: ChangedPart, variants: int, workers: int) -> int:

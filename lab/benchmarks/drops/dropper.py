@@ -80,6 +80,6 @@ def paper_droppers(number: int) -> list[Dropper]:
 
 def _paper_droppers() -> Iterator[Dropper]:
     for seed in count():
-        found = Dropper(curved.paper_polyhedron(seed))
-        if found.poses >= 2:
-            yield found
+        dropper = Dropper(curved.paper_polyhedron(seed))
+        if dropper.poses >= 2:
+            yield dropper

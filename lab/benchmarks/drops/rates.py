@@ -53,7 +53,7 @@ def _rows(droppers: Sequence[Dropper], drops: int, pace: Pace) -> list[Row]:
         efforts = [
             dropper.effort(dropper.rules(restitution), 0, drops) for dropper in droppers
         ]
-        impacts, steps = (fmean(each) for each in zip(*efforts, strict=True))
+        impacts, steps = (fmean(counts) for counts in zip(*efforts, strict=True))
         rate = number / timings.median(name)
         targets = [Target("drops/s", rate, LEAST[restitution], at_least=True)]
         if restitution in AIM:

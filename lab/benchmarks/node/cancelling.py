@@ -81,23 +81,23 @@ def _by_service(client: Client, part_id: str, pause: float) -> Ending:
 
 
 def _by_action(client: Client, action: Any, part_id: str, pause: float) -> Ending:
-    told: list[Any] = []
+    feedback: list[Any] = []
     goal = client.result(
         action.send_goal_async(
             SimulateDrops.Goal(
                 part_id=part_id, drops=jobs.ENDLESS, seed=next(jobs.SEEDS)
             ),
-            feedback_callback=told.append,
+            feedback_callback=feedback.append,
         ),
         "answer to the goal",
     )
-    coming = goal.get_result_async()
-    client.spin_until(lambda: told, "feedback")
+    result = goal.get_result_async()
+    client.spin_until(lambda: feedback, "feedback")
     client.spin_for(pause)
     begin = time.perf_counter()
     client.result(goal.cancel_goal_async(), "answer to the cancel request")
     answer = time.perf_counter() - begin
-    client.result(coming, "result")
+    client.result(result, "result")
     return Ending(answer, time.perf_counter() - begin)
 
 

@@ -56,7 +56,7 @@ class Client:
         self.node.destroy_node()
         self.context.try_shutdown()
 
-    def spin_until(self, done: Callable[[], object], what: str) -> None:
+    def spin_until(self, condition: Callable[[], object], description: str) -> None:
         """Handle messages until `done()`.
 
         Raises
@@ -64,29 +64,29 @@ class Client:
         TimeoutError
             If that takes too long; `what` is named in it.
         """
-        until = time.monotonic() + PATIENCE
-        while not done():
-            if time.monotonic() > until:
-                raise TimeoutError(f"no {what} within {PATIENCE:.0f} s")
+        deadline = time.monotonic() + PATIENCE
+        while not condition():
+            if time.monotonic() > deadline:
+                raise TimeoutError(f"no {description} within {PATIENCE:.0f} s")
             self._executor.spin_once(timeout_sec=0.02)
 
     def spin_for(self, seconds: float) -> None:
         """Handle messages for a time."""
-        until = time.monotonic() + seconds
-        while (left := until - time.monotonic()) > 0.0:
-            self._executor.spin_once(timeout_sec=left)
+        deadline = time.monotonic() + seconds
+        while (remaining := deadline - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=remaining)
 
-    def result(self, future: Future, what: str) -> Any:
+    def result(self, future: Future, description: str) -> Any:
         """Wait for an answer and return it."""
         future.add_done_callback(lambda _: self._executor.wake())
-        self.spin_until(future.done, what)
+        self.spin_until(future.done, description)
         return future.result()
 
     def service(self, kind: type, name: str) -> Any:
         """A service's client, ready to be called."""
         if name not in self._services:
-            made = self._services[name] = self.node.create_client(kind, name)
-            self.spin_until(made.service_is_ready, f"service {name}")
+            client = self._services[name] = self.node.create_client(kind, name)
+            self.spin_until(client.service_is_ready, f"service {name}")
         return self._services[name]
 
     def call(self, kind: type, name: str, request: Any) -> Any:
@@ -98,11 +98,11 @@ class Client:
 
     def connect(self, kind: type, topic: str, readers: int = 1) -> None:
         """Make a publisher and wait for its readers."""
-        made = self._publishers[topic] = self.node.create_publisher(
+        publisher = self._publishers[topic] = self.node.create_publisher(
             kind, topic, 10, event_callbacks=quiet()
         )
         self.spin_until(
-            lambda: made.get_subscription_count() >= readers, f"reader of {topic}"
+            lambda: publisher.get_subscription_count() >= readers, f"reader of {topic}"
         )
         self.spin_for(0.2)  # the other side's matching follows
 
@@ -116,8 +116,8 @@ class Client:
 
     def has_latched(self, text: str) -> bool:
         """Whether a result with that name or digest in it has come since then."""
-        wanted = text.encode()
-        return any(wanted in seen for seen in self._seen)
+        needle = text.encode()
+        return any(needle in message for message in self._seen)
 
     def publish_until_latched(self, topic: str, data: bytes, digest: str) -> None:
         """Publish a mesh and wait for the latched result of its digest."""

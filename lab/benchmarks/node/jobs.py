@@ -89,9 +89,9 @@ def state(client: Client, job_id: str) -> Any:
 
 def wait_for_end(client: Client, job_id: str) -> Any:
     """Wait until a job has ended."""
-    while (found := state(client, job_id)).state < DONE:
+    while (answer := state(client, job_id)).state < DONE:
         client.spin_for(0.005)
-    return found
+    return answer
 
 
 def wait_for_drops(client: Client, job_id: str) -> None:

@@ -73,8 +73,8 @@ def senders(client: Client, body: Body, names: Sequence[str]) -> Iterator[Conten
         topic = CAD_TOPIC if name == STANDARD else PART_TOPIC
         prepare = _maker(name, Fresh(body), numbers)
 
-        def send(made: tuple[bytes, str], topic: str = topic) -> object:
-            return client.publish_until_latched(topic, *made)
+        def send(message: tuple[bytes, str], topic: str = topic) -> object:
+            return client.publish_until_latched(topic, *message)
 
         send(prepare())
         yield Contender(name, send, prepare)
@@ -138,7 +138,7 @@ def part_mesh_bytes(
 
 def mesh_bytes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> bytes:
     """A `shape_msgs/Mesh`, serialised without an object for each vertex and triangle."""
-    before = struct.pack("<I", len(triangles)) + triangles.astype("<u4").tobytes()
-    before += struct.pack("<I", len(vertices))
-    before += bytes(-len(before) % 8)
-    return b"\x00\x01\x00\x00" + before + vertices.astype("<f8").tobytes()
+    head = struct.pack("<I", len(triangles)) + triangles.astype("<u4").tobytes()
+    head += struct.pack("<I", len(vertices))
+    head += bytes(-len(head) % 8)
+    return b"\x00\x01\x00\x00" + head + vertices.astype("<f8").tobytes()

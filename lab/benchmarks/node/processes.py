@@ -90,9 +90,9 @@ class Child:
         self._process.kill()
         self._process.wait()
 
-    def complaint(self, what: str) -> str:
+    def complaint(self, problem: str) -> str:
         """A message with the last lines of the process."""
-        return "\n".join([f"{self._module} {what}", *self._lines])
+        return "\n".join([f"{self._module} {problem}", *self._lines])
 
     def _read(self) -> None:
         assert self._process.stdout is not None
@@ -120,10 +120,10 @@ def node(
     }
     if mesh_topics:
         values["mesh_topics"] = f"[{', '.join(mesh_topics)}]"
-    given = [
+    arguments = [
         word for name, value in values.items() for word in ("-p", f"{name}:={value}")
     ]
-    return Child("ros_pose_stats", "node", "--ros-args", *given)
+    return Child("ros_pose_stats", "node", "--ros-args", *arguments)
 
 
 def bare() -> Child:
@@ -139,13 +139,13 @@ def surroundings() -> Iterator[Path]:
         _domain() as domain,
     ):
         folder = Path(name)
-        own = {
+        variables = {
             "ROS_DOMAIN_ID": str(domain),
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             "ROS_LOG_DIR": str(folder / "ros_log"),
             "ROS_PYTHON_CHECK_FIELDS": "0",
         }
-        with patch.dict(os.environ, own):
+        with patch.dict(os.environ, variables):
             yield folder
 
 
@@ -201,13 +201,13 @@ def starting(folder: Path, runs: int) -> Section:
     begin = {NODE: lambda: node(folder), BARE: bare}
     lives: dict[str, list[Life]] = {name: [] for name in begin}
     for _ in range(runs):
-        for name, found in lives.items():
-            found.append(_life(begin[name], CALLS[name]))
+        for name, of_process in lives.items():
+            of_process.append(_life(begin[name], CALLS[name]))
     return Section(
         "node_start",
         "Start of the node",
         TIMED,
-        tuple(_row(name, found) for name, found in lives.items()),
+        tuple(_row(name, of_process) for name, of_process in lives.items()),
     )
 
 
@@ -221,7 +221,7 @@ def _life(begin: Callable[[], Child], call: tuple[type, str]) -> Life:
 
 
 def _row(name: str, lives: list[Life]) -> Row:
-    ready, answer, end = (median(each) for each in zip(*lives, strict=True))
+    ready, answer, end = (median(times) for times in zip(*lives, strict=True))
     return Row(
         name,
         {

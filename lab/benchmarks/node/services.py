@@ -54,16 +54,16 @@ class Known(NamedTuple):
     carried: Body
 
 
-def services(client: Client, known: Known, pace: Pace) -> Section:
+def services(client: Client, parts: Known, pace: Pace) -> Section:
     """A row for each service, idle and under full load."""
-    ended = jobs.start(client, jobs.start_request(known.part_id, 100))
+    ended = jobs.start(client, jobs.start_request(parts.part_id, 100))
     jobs.wait_for_end(client, ended)
-    idle = race(_contenders(client, known, ended, 1), pace)
-    with jobs.under_way(client, known.part_id) as running:
-        loaded = race(_contenders(client, known, running, 100), pace)
+    idle = race(_contenders(client, parts, ended, 1), pace)
+    with jobs.under_way(client, parts.part_id) as running:
+        loaded = race(_contenders(client, parts, running, 100), pace)
     rows = [
-        call_row(timings, key, f"{key}, {when}", BARE)
-        for when, timings in (("idle", idle), ("full load", loaded))
+        call_row(timings, key, f"{key}, {load}", BARE)
+        for load, timings in (("idle", idle), ("full load", loaded))
         for key in timings.seconds
     ]
     return Section(
@@ -71,7 +71,7 @@ def services(client: Client, known: Known, pace: Pace) -> Section:
         "Services",
         TIMED.format(
             workers=cores(),
-            triangles=len(known.carried.triangles),
+            triangles=len(parts.carried.triangles),
             start=START,
             others=OTHERS,
         ),
@@ -87,18 +87,18 @@ def bare_call(calls: Calls) -> Contender:
 
 
 def _contenders(
-    client: Client, known: Known, job_id: str, drops: int
+    client: Client, parts: Known, job_id: str, drops: int
 ) -> list[Contender]:
     """All calls in the order of the table; `drops` are those of a job that is started."""
     calls = Calls(client)
-    part_id = known.part_id
-    body = known.carried
-    fresh = Fresh(known.carried)
+    part_id = parts.part_id
+    body = parts.carried
+    fresh = Fresh(parts.carried)
 
     def again() -> Any:
         return jobs.carry(
-            jobs.start_request(known.carried_id, drops),
-            known.carried_id,
+            jobs.start_request(parts.carried_id, drops),
+            parts.carried_id,
             body.vertices,
             body.triangles,
         )
@@ -144,7 +144,7 @@ class Calls:
             return request()
 
         return Contender(
-            name, lambda made: self._client.call(kind, service, made), prepare
+            name, lambda message: self._client.call(kind, service, message), prepare
         )
 
     def get(self, name: str, job_id: str) -> Contender:
@@ -192,14 +192,14 @@ class Calls:
         )
 
         def prepare() -> Any:
-            made = plain.prepare()
+            message = plain.prepare()
             if new_part:
                 self._client.forget_latched()
-                self._coming = made.part_id
-            return made
+                self._coming = message.part_id
+            return message
 
-        def call(made: Any) -> None:
-            self._started = jobs.accepted(plain.call(made)).job_id
+        def call(message: Any) -> None:
+            self._started = jobs.accepted(plain.call(message)).job_id
 
         return Contender(name, call, prepare)
 

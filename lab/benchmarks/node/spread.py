@@ -42,5 +42,6 @@ def spread(seconds: Sequence[float]) -> dict[str, Cell]:
 def beyond(seconds: Sequence[float], others: Sequence[float]) -> float:
     """Median over the rounds of one time less another of the same round, in milliseconds."""
     return 1e3 * median(
-        own - theirs for own, theirs in zip(seconds, others, strict=False)
+        seconds_of - baseline
+        for seconds_of, baseline in zip(seconds, others, strict=False)
     )

@@ -19,8 +19,10 @@ from .samples import error_samples
 def fit_and_judge(is_shipped: bool) -> Iterator[Section]:
     """Fit, and compare with true errors; shipped fits are written into the package."""
     samples = read_samples()
-    known = error_samples([sample for sample in samples if sample.seed == FIT_SEED])
-    fits = {name: fit_errors(of_method) for name, of_method in known.items()}
+    fit_samples = error_samples(
+        [sample for sample in samples if sample.seed == FIT_SEED]
+    )
+    fits = {name: fit_errors(of_method) for name, of_method in fit_samples.items()}
     if is_shipped:
         write_weights(fits, usual_errors())
     else:

@@ -57,9 +57,9 @@ def usual_errors() -> dict[str, Array]:
     """Root mean square error (3,) over the parts of the reference datasets, by method."""
     squares: dict[tuple[str, float], list[Array]] = {}
     for dataset in shipped_datasets():
-        told = scene_estimates(dataset, restings(dataset))
+        estimates = scene_estimates(dataset, restings(dataset))
         for rho in RESTITUTIONS:
-            for name, values in told[rho].items():
+            for name, values in estimates[rho].items():
                 squares.setdefault((name, rho), []).append(
                     square_errors(values, dataset.simulated(rho))
                 )
@@ -82,7 +82,7 @@ def fit_errors(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
     columns = inputs.shape[1]
     begin = random_coefficients(columns, UNITS, np.random.default_rng(seed))
     begin[0] = math.log(samples.square.mean() / samples.scale.mean())
-    found = minimize(
+    coefficients = minimize(
         _objective,
         begin,
         (samples, inputs),
@@ -90,7 +90,7 @@ def fit_errors(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
         True,
         options={"maxiter": ITERATIONS, "maxcor": 20},
     ).x
-    network = undo_scaling(network_of(found, columns, UNITS), mean, scale)
+    network = undo_scaling(network_of(coefficients, columns, UNITS), mean, scale)
     return ErrorFit(
         lowest,
         highest,
@@ -145,6 +145,8 @@ def _objective(
     )
     whole = square + samples.noise
     loss = np.mean(np.log(whole) + samples.square / whole)
-    back = (1.0 - samples.square / whole) * square / whole / len(square)
-    slopes = np.asarray(network_gradient(network, tangents, inputs, back), dtype=float)
+    slopes_of_loss = (1.0 - samples.square / whole) * square / whole / len(square)
+    slopes = np.asarray(
+        network_gradient(network, tangents, inputs, slopes_of_loss), dtype=float
+    )
     return float(loss + RIDGE * (values @ values)), slopes + 2.0 * RIDGE * values

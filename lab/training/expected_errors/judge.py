@@ -88,9 +88,9 @@ def judged(
         share, noise = counted(row)
         single = share * (1.0 - share) / row.count.sum()
         for name, estimate in answers.items():
-            told = expected_error(name, resting, estimate, scene, fits)
+            expected = expected_error(name, resting, estimate, scene, fits)
             bound = bound_pose_errors(
-                told.pose_errors, resting.group, fits[name], single
+                expected.pose_errors, resting.group, fits[name], single
             )
             away = np.abs(estimate - share)
             rows[name].append(
@@ -99,36 +99,40 @@ def judged(
                     row.restitution,
                     row.height,
                     share.size,
-                    told.part_error**2,
+                    expected.part_error**2,
                     float(np.mean(away * away)),
                     noise,
                     bool(away.max() <= bound),
                 )
             )
     return {
-        name: Judged(*(np.array(column) for column in zip(*found, strict=True)))
-        for name, found in rows.items()
+        name: Judged(*(np.array(column) for column in zip(*columns, strict=True)))
+        for name, columns in rows.items()
     }
 
 
 def sections(all_judged: Mapping[str, Judged]) -> Iterator[Section]:
     """Tables of the best method by family and by scene, and of all methods."""
     best = best_method(DEFAULT_RESTITUTION)
-    one = all_judged[best]
+    judgement = all_judged[best]
     families = [
-        _row(name, one.some(one.family == name)) for name in np.unique(one.family)
+        _row(name, judgement.some(judgement.family == name))
+        for name in np.unique(judgement.family)
     ]
     yield Section(
         "expected_errors_by_family",
         "Expected errors of families",
         BY_FAMILY.format(best),
-        (*families, _row("all", one)),
+        (*families, _row("all", judgement)),
     )
     scenes = [
-        (f"{name} {low:g} to {high:g}", one.some((low <= values) & (values < high)))
+        (
+            f"{name} {low:g} to {high:g}",
+            judgement.some((low <= values) & (values < high)),
+        )
         for name, values, classes in (
-            ("height", one.height, HEIGHTS),
-            ("restitution", one.restitution, BOUNCES),
+            ("height", judgement.height, HEIGHTS),
+            ("restitution", judgement.restitution, BOUNCES),
         )
         for low, high in classes
     ]
@@ -136,37 +140,40 @@ def sections(all_judged: Mapping[str, Judged]) -> Iterator[Section]:
         "expected_errors_by_scene",
         "Expected errors of scenes",
         BY_SCENE,
-        tuple(_row(name, some) for name, some in scenes if some.poses.size),
+        tuple(_row(name, of_class) for name, of_class in scenes if of_class.poses.size),
     )
     yield Section(
         "expected_errors",
         "Expected errors of all methods",
         BY_METHOD,
-        tuple(_row(name, some) for name, some in all_judged.items()),
+        tuple(_row(name, of_class) for name, of_class in all_judged.items()),
     )
 
 
-def _row(name: str, some: Judged) -> Row:
-    expected = np.average(some.expected, weights=some.poses)
+def _row(name: str, judgement: Judged) -> Row:
+    expected = np.average(judgement.expected, weights=judgement.poses)
     true = max(
-        float(np.average(some.square - some.noise, weights=some.poses)), LEAST**2
+        float(np.average(judgement.square - judgement.noise, weights=judgement.poses)),
+        LEAST**2,
     )
     ratio = math.sqrt(true / max(float(expected), LEAST**2))
-    twice = 100.0 * float(np.mean(some.square > 4.0 * (some.expected + some.noise)))
-    kept = 100.0 * float(some.kept.mean())
+    twice_off = 100.0 * float(
+        np.mean(judgement.square > 4.0 * (judgement.expected + judgement.noise))
+    )
+    kept_share = 100.0 * float(judgement.kept.mean())
     return Row(
         name,
         {
-            "parts and scenes": some.poses.size,
+            "parts and scenes": judgement.poses.size,
             "expected": 100.0 * math.sqrt(float(expected)),
             "true": 100.0 * math.sqrt(true),
             "true / expected": ratio,
-            "twice": twice,
-            "kept": kept,
+            "twice": twice_off,
+            "kept": kept_share,
         },
         (
             Target("factor off", max(ratio, 1.0 / ratio), RATIO),
-            Target("twice", twice, TWICE),
-            Target("kept", kept, KEPT[0], at_least=True),
+            Target("twice", twice_off, TWICE),
+            Target("kept", kept_share, KEPT[0], at_least=True),
         ),
     )

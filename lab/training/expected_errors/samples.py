@@ -55,19 +55,19 @@ class ErrorSamples(NamedTuple):
 def error_samples(samples: Sequence[Sample]) -> dict[str, ErrorSamples]:
     """Samples by the name of the method; a body takes some ten milliseconds."""
     rows: dict[str, list[tuple[object, ...]]] = {name: [] for name in ESTIMATORS}
-    known = np.zeros((3, 0))
+    answers_known = np.zeros((3, 0))
     of_body = None
     for row, resting, scene, answers in answered(samples):
         if resting is not of_body:
-            known = reference_answers(resting)
+            answers_known = reference_answers(resting)
             of_body = resting
         share, noise = counted(row)
         for name, estimate in answers.items():
-            scale = error_scale(resting, estimate, known)
+            scale = error_scale(resting, estimate, answers_known)
             if scale.mean() > DECIDED:
                 rows[name].append(
                     (
-                        error_inputs(resting, estimate, scene, known, scale),
+                        error_inputs(resting, estimate, scene, answers_known, scale),
                         float(scale.mean()),
                         float(np.mean(np.square(estimate - share))),
                         noise,
@@ -76,8 +76,8 @@ def error_samples(samples: Sequence[Sample]) -> dict[str, ErrorSamples]:
                     )
                 )
     return {
-        name: ErrorSamples(*(np.array(column) for column in zip(*found, strict=True)))
-        for name, found in rows.items()
+        name: ErrorSamples(*(np.array(column) for column in zip(*columns, strict=True)))
+        for name, columns in rows.items()
     }
 
 

@@ -48,8 +48,8 @@ def main() -> None:
             write_weights(fits)
 
 
-def _print_progress(done: int, total: int) -> None:
-    print(f"\r{done} of {total} parts", end="", file=sys.stderr)
+def _print_progress(counted: int, total: int) -> None:
+    print(f"\r{counted} of {total} parts", end="", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -88,16 +88,16 @@ class Block(NamedTuple):
 
 def blocks() -> list[Block]:
     """All parts of the work, in turn from all families, the slow ones last."""
-    found = [
+    ranked = [
         (
-            (family in SLOW) + first / many,
-            Block(family, seed, first, min(IN_A_PART, many - first)),
+            (family in SLOW) + first / count,
+            Block(family, seed, first, min(IN_A_PART, count - first)),
         )
         for family, numbers in BODIES.items()
-        for seed, many in zip((FIT_SEED, JUDGE_SEED), numbers, strict=True)
-        for first in range(0, many, IN_A_PART)
+        for seed, count in zip((FIT_SEED, JUDGE_SEED), numbers, strict=True)
+        for first in range(0, count, IN_A_PART)
     ]
-    return [block for _, block in sorted(found)]
+    return [block for _, block in sorted(ranked)]
 
 
 def count_all(
@@ -115,12 +115,12 @@ def count_all(
         Takes the number of parts that are there, and of all.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    every = blocks()
-    missing = [block for block in every if not block.file(folder).exists()]
+    all_blocks = blocks()
+    missing = [block for block in all_blocks if not block.file(folder).exists()]
     with ThreadPoolExecutor(workers) as pool:
-        done = pool.map(lambda block: _count(block, folder), missing)
-        for there, _ in enumerate(done, len(every) - len(missing) + 1):
-            on_progress(there, len(every))
+        results = pool.map(lambda block: _count(block, folder), missing)
+        for counted, _ in enumerate(results, len(all_blocks) - len(missing) + 1):
+            on_progress(counted, len(all_blocks))
 
 
 def join_parts(folder: Path) -> list[Sample]:
@@ -132,8 +132,12 @@ def join_parts(folder: Path) -> list[Sample]:
         If a part has not been counted.
     """
     order = list(BODIES)
-    every = sorted(blocks(), key=lambda block: (order.index(block.family), *block[1:]))
-    return [sample for block in every for sample in read_samples(block.file(folder))]
+    all_blocks = sorted(
+        blocks(), key=lambda block: (order.index(block.family), *block[1:])
+    )
+    return [
+        sample for block in all_blocks for sample in read_samples(block.file(folder))
+    ]
 
 
 def _count(block: Block, folder: Path) -> None:
@@ -152,7 +156,7 @@ def drop_body(family: str, seed: int, number: int) -> list[Sample]:
     draw = np.random.default_rng((seed, number, *family.encode()))
     part, (tolerance, sides) = family_part(family, seed, number), family_options(family)
     radius = family_poses(family, part).body.radius
-    found = []
+    samples = []
     for restitution, height, drops in _scenes(seed, draw):
         counted = simulate(
             part,
@@ -167,10 +171,10 @@ def drop_body(family: str, seed: int, number: int) -> list[Sample]:
         count = np.zeros(len(counted.poses), dtype=np.int64)
         for pose in counted.poses:
             count[pose.index] = pose.count
-        found.append(
+        samples.append(
             Sample(family, seed, number, restitution, height, counted.unsettled, count)
         )
-    return found
+    return samples
 
 
 def _scenes(seed: int, draw: np.random.Generator) -> list[tuple[float, float, int]]:

@@ -89,13 +89,15 @@ def fit_networks(
     scale = table.inputs.std(axis=0) + np.float32(1e-6)
     columns = table.inputs.shape[1]
     draw = np.random.default_rng(seed)
-    begin = np.concatenate([random_coefficients(columns, many, draw) for many in units])
+    begin = np.concatenate(
+        [random_coefficients(columns, hidden, draw) for hidden in units]
+    )
     order = draw.permutation(table.splits.shape[0])
     batches = [
         _batch(table.some(order[first : first + BATCH]), mean, scale)
         for first in range(0, order.shape[0], BATCH)
     ]
-    found = descend(
+    coefficients = descend(
         lambda batch, values: loss_slopes(values, batches[batch], units, ridge)[1],
         begin,
         len(batches),
@@ -103,7 +105,7 @@ def fit_networks(
         draw,
     )
     left, held = (
-        undo_scaling(part, mean, scale) for part in _parts(found, columns, units)
+        undo_scaling(part, mean, scale) for part in _parts(coefficients, columns, units)
     )
     return SplitFit(left, held._replace(bias=held.bias + HELD_SELDOM))
 
@@ -147,34 +149,38 @@ def loss_slopes(
     inputs = batch.inputs
     parts = [
         TanhNetwork(
-            np.float32(part.bias), *(one.astype(np.float32) for one in part[1:])
+            np.float32(part.bias), *(weights.astype(np.float32) for weights in part[1:])
         )
         for part in _parts(values, inputs.shape[1], units)
     ]
     hidden = [
         np.tanh(inputs @ part.hidden_weights + part.hidden_bias) for part in parts
     ]
-    told = np.stack(
+    logarithms = np.stack(
         [
             base + part.bias + inputs @ part.skip + tangents @ part.output_weights
             for base, part, tangents in zip(batch.bases, parts, hidden, strict=True)
         ]
     )
-    whole = np.logaddexp(*told)
+    whole = np.logaddexp(*logarithms)
     loss, slopes, _ = _loss(batch.table, whole.astype(float), gradient=True)
-    back = slopes.astype(np.float32) * np.exp(told - whole)
+    slopes_single = slopes.astype(np.float32) * np.exp(logarithms - whole)
     slope = np.concatenate(
         [
             network_gradient(part, tangents, inputs, of_part)
-            for part, tangents, of_part in zip(parts, hidden, back, strict=True)
+            for part, tangents, of_part in zip(
+                parts, hidden, slopes_single, strict=True
+            )
         ]
     )
     return loss + ridge * float(values @ values), slope + 2.0 * ridge * values
 
 
-def _loss(table: Table, told: Array, gradient: bool) -> tuple[float, Array, Array]:
+def _loss(
+    table: Table, logarithms: Array, gradient: bool
+) -> tuple[float, Array, Array]:
     return tree_loss(
-        told,
+        logarithms,
         table.first_split,
         table.splits,
         table.first_pose,

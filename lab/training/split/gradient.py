@@ -51,12 +51,12 @@ def tree_loss(
     samples = splits.shape[0]
     slopes = np.zeros(weight.shape[0])
     probability = np.zeros(share.shape[0])
-    most = 2 * splits.max() + 1
-    grown = np.zeros(most)
-    log = np.zeros(most)
-    back = np.zeros(most)
-    pull = np.zeros(most)
-    passed = np.zeros((most, 2))
+    longest = 2 * splits.max() + 1
+    grown = np.zeros(longest)
+    log = np.zeros(longest)
+    adjoint = np.zeros(longest)
+    pull = np.zeros(longest)
+    passed = np.zeros((longest, 2))
     loss = 0.0
     for u in range(samples):
         count = splits[u]
@@ -85,27 +85,32 @@ def tree_loss(
             probability[pose + leaf_pose[leaf + i]] += math.exp(log[i])
         for i in range(pose, pose + poses[u]):
             p = max(probability[i], SMALLEST)
-            told = share[i]
-            loss += (square * (p - told) ** 2 - told * math.log(p)) / samples
+            counted = share[i]
+            loss += (square * (p - counted) ** 2 - counted * math.log(p)) / samples
         for i in range(leaves):
-            at = pose + leaf_pose[leaf + i]
-            p = max(probability[at], SMALLEST)
-            told = share[at]
-            back[i] = (
-                (2.0 * square * (p - told) - told / p) * math.exp(log[i]) / samples
+            leaf_index = pose + leaf_pose[leaf + i]
+            p = max(probability[leaf_index], SMALLEST)
+            counted = share[leaf_index]
+            adjoint[i] = (
+                (2.0 * square * (p - counted) - counted / p)
+                * math.exp(log[i])
+                / samples
             )
         if not gradient:
             continue
         for j in range(count):
-            back[leaves + j] = (
-                back[children[begin + j, 0]] + back[children[begin + j, 1]]
+            adjoint[leaves + j] = (
+                adjoint[children[begin + j, 0]] + adjoint[children[begin + j, 1]]
             )
             pull[leaves + j] = 0.0
         for j in range(count - 1, -1, -1):
-            rest = pull[leaves + j] - back[leaves + j]
+            remainder = pull[leaves + j] - adjoint[leaves + j]
             for c in range(2):
                 node = children[begin + j, c]
-                change = back[node] + math.exp(passed[j, c] - grown[leaves + j]) * rest
+                change = (
+                    adjoint[node]
+                    + math.exp(passed[j, c] - grown[leaves + j]) * remainder
+                )
                 slopes[3 * (begin + j) + c] += change
                 if node >= leaves:
                     pull[node] = change * kept[begin + j, c]

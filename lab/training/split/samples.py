@@ -60,8 +60,8 @@ def write_samples(samples: Iterable[Sample], file: Path = FILE) -> None:
 
 def read_samples(file: Path = FILE) -> list[Sample]:
     """Read samples in the order of the file, where all scenes of a body follow each other."""
-    with np.load(file) as kept:
-        columns = {name: kept[name] for name in kept.files}
+    with np.load(file) as archive:
+        columns = {name: archive[name] for name in archive.files}
     counts = np.split(
         columns["count"].astype(np.int64), np.cumsum(columns["poses"])[:-1]
     )

@@ -72,7 +72,7 @@ def make_table(samples: Sequence[Sample]) -> Table:
     inputs = []
     children = []
     leaf_pose = []
-    kept = []
+    held_shares = []
     share = []
     for (family, seed, number), scenes in groupby(samples, lambda row: row[:3]):
         tolerance, sides = family_options(family)
@@ -88,7 +88,7 @@ def make_table(samples: Sequence[Sample]) -> Table:
             inputs.append(split_inputs(resting, scene).astype(np.float32))
             children.append(links)
             leaf_pose.append(resting.clusters.node_pose)
-            kept.append(shares)
+            held_shares.append(shares)
             share.append(row.count / int(row.count.sum()))
     splits = np.array([len(links) for links in children])
     poses = np.array([shares.size for shares in share])
@@ -96,7 +96,7 @@ def make_table(samples: Sequence[Sample]) -> Table:
         np.concatenate(inputs),
         np.concatenate(children),
         np.concatenate(leaf_pose),
-        np.concatenate(kept),
+        np.concatenate(held_shares),
         splits,
         poses,
         _starts(splits),
@@ -128,12 +128,12 @@ def split_children(resting: RestingPoses) -> Index:
     tree = resting.equilibria.arrays.tree
     grouped = resting.clusters
     faces = resting.equilibria.order.shape[0]
-    number = {node: place for place, node in enumerate(grouped.node.tolist())}
+    number = {node: position for position, node in enumerate(grouped.node.tolist())}
     joins = np.flatnonzero(grouped.split)
     number.update(
         {
-            faces + int(join): len(grouped.node) + place
-            for place, join in enumerate(joins)
+            faces + int(join): len(grouped.node) + position
+            for position, join in enumerate(joins)
         }
     )
     return np.array(

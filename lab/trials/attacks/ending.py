@@ -37,7 +37,7 @@ def a_disk_that_fills(setting: Setting) -> Outcome:
     """Fifty new meshes of 30 kB a second, of one part, with a bound of 3 MB on all bags."""
     bound = 3_000_000
     number = setting.of(750, 300)
-    most = 0
+    largest = 0
     vertices, triangles = fine_box(1200)
     with tried_node(setting.folder, max_log_bytes=bound) as (_, client):
         publisher = MeshPublisher(client).matched()
@@ -50,18 +50,18 @@ def a_disk_that_fills(setting: Setting) -> Outcome:
             50.0,
         ):
             publisher.publish(message)
-            most = max(most, size_of_bags(setting.folder))
+            largest = max(largest, size_of_bags(setting.folder))
         latched(client, "grows")
         quiet(health)
         deleted = int(health.line("recording")[1]["deleted for max_log_bytes"])
         end = size_of_bags(setting.folder)
     return judged(
         number,
-        f"{most / 1e6:.1f} MB at most for a bound of {bound / 1e6:.1f}, "
+        f"{largest / 1e6:.1f} MB at most for a bound of {bound / 1e6:.1f}, "
         f"{end / 1e6:.1f} in the end, {deleted} files deleted",
         the_bound_is_reached=deleted > 0,
         the_bound_holds_in_the_end=end <= bound,
-        more_is_soon_gone=most <= 1.25 * bound,
+        more_is_soon_gone=largest <= 1.25 * bound,
     )
 
 
@@ -69,7 +69,7 @@ def a_flood_of_counts(setting: Setting) -> Outcome:
     """Four thousand camera counts, two thousand a second."""
     number = setting.of(4000, 2000)
     with tried_node(setting.folder) as (_, client):
-        told = client.good("estimate", part=flat(WEDGE, "counted")).statistics
+        statistics = client.good("estimate", part=flat(WEDGE, "counted")).statistics
         camera = MeshPublisher(
             client, f"{client.prefix}/pose_counts", PoseCounts
         ).matched()
@@ -78,9 +78,9 @@ def a_flood_of_counts(setting: Setting) -> Outcome:
             (
                 PoseCounts(
                     part_id="counted",
-                    part_digest=told.part_digest,
-                    round_sides=told.round_sides,
-                    cluster_tolerance=told.cluster_tolerance,
+                    part_digest=statistics.part_digest,
+                    round_sides=statistics.round_sides,
+                    cluster_tolerance=statistics.cluster_tolerance,
                     index=[0],
                     count=[k],
                 )
@@ -97,12 +97,12 @@ def a_flood_of_counts(setting: Setting) -> Outcome:
             return len(recorded(setting.folder, "pose_counts"))
 
         until(lambda: kept() + lost() >= number, "the counts")
-        said = lost()
-        there = kept()
+        lost_counts = lost()
+        recorded_total = kept()
     return judged(
         number,
-        f"{there} recorded, {said} told as lost",
-        each_is_recorded_or_told=there + said == number,
+        f"{recorded_total} recorded, {lost_counts} told as lost",
+        each_is_recorded_or_told=recorded_total + lost_counts == number,
     )
 
 

@@ -28,29 +28,29 @@ def pipes_and_bombs_as_plates(setting: Setting) -> Outcome:
     run = setting.folder / "bags" / "pose_stats_20260202T024000_000000_42"
     run.mkdir(parents=True)
     os.mkfifo(run / f"{run.name}_1.mcap")
-    pipe, bomb, many = (
+    pipe, bomb, crowd = (
         setting.folder / name for name in ("pipe", "bomb.yaml", "many.yaml")
     )
     os.mkfifo(pipe)
     bomb.write_text(
         "a: &a [x]\n"
         + "".join(
-            f"{name}: &{name} [{', '.join(9 * ['*' + before])}]\n"
-            for before, name in zip("abcdefghi", "bcdefghij", strict=True)
+            f"{name}: &{name} [{', '.join(9 * ['*' + previous])}]\n"
+            for previous, name in zip("abcdefghi", "bcdefghij", strict=True)
         )
     )
-    many.write_text("plates:\n" + "".join(f"  p{k}: {{}}\n" for k in range(20_000)))
+    crowd.write_text("plates:\n" + "".join(f"  p{k}: {{}}\n" for k in range(20_000)))
     with tried_node(setting.folder / "bags") as (node, client):
         client.good("estimate", part=flat(WEDGE, "known"))
-        before = status(node, "VmRSS")
+        previous = status(node, "VmRSS")
         longest = 0.0
         refused = 0
-        files = [pipe, "/dev/zero", bomb, many]
+        files = [pipe, "/dev/zero", bomb, crowd]
         for file in files:
             begin = time.monotonic()
             refused += "plates" in client.set(plates=str(file))
             longest = max(longest, time.monotonic() - begin)
-        grown = status(node, "VmHWM") - before
+        grown = status(node, "VmHWM") - previous
     return judged(
         len(files),
         f"{refused} refused, within {longest:.1f} s and {grown / MEGABYTE:.0f} MiB",
@@ -127,7 +127,7 @@ def a_clock_before_its_time(setting: Setting) -> Outcome:
         until(lambda: stamp() == 1234, "the clock")
         node.send(signal.SIGTERM)
         status_at_end = node.ended()
-        other = [
+        other_files = [
             line
             for line in node.lines
             if "[ERROR]" in line and REFUSED_TIME not in line
@@ -136,5 +136,5 @@ def a_clock_before_its_time(setting: Setting) -> Outcome:
         number,
         "answered at each, and with the next time that was one",
         ended_well=status_at_end == 0,
-        nothing_else_failed=not other,
+        nothing_else_failed=not other_files,
     )

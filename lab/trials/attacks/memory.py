@@ -29,16 +29,16 @@ def many_large_parts(setting: Setting) -> Outcome:
             names = [f"part_{number}" for number in range(first, first + half)]
             cell.publish_in_turn(client, LARGE, names, first=first)
             sizes.append(status(node, "VmRSS"))
-        known = len(cell.part_ids(client))
+        part_count = len(cell.part_ids(client))
     grown = sizes[1] - sizes[0]
     later = sizes[2] - sizes[1]
     return judged(
         2 * half,
         f"{grown / MEGABYTE:.0f} MiB more for a bound of "
-        f"{bound / MEGABYTE:.0f}, then {later / MEGABYTE:.0f}, {known} parts known",
+        f"{bound / MEGABYTE:.0f}, then {later / MEGABYTE:.0f}, {part_count} parts known",
         bounded=grown < 5 * bound,
         no_more_comes=later < bound,
-        some_are_known=known > 0,
+        some_are_known=part_count > 0,
     )
 
 
@@ -56,11 +56,11 @@ def refused_goals(setting: Setting) -> Outcome:
             sizes.append(status(node, "VmRSS"))
         goals.close()
     grown = sizes[-1] - sizes[0]
-    sent = number * LARGE_BYTES
+    sent_bytes = number * LARGE_BYTES
     return judged(
         number,
-        f"{grown / MEGABYTE:.0f} MiB more after {sent / MEGABYTE:.0f} MiB of meshes",
-        meshes_are_let_go=grown < 0.3 * sent,
+        f"{grown / MEGABYTE:.0f} MiB more after {sent_bytes / MEGABYTE:.0f} MiB of meshes",
+        meshes_are_let_go=grown < 0.3 * sent_bytes,
     )
 
 
@@ -69,15 +69,15 @@ def waiting_requests(setting: Setting) -> Outcome:
     with tried_node(setting.folder, max_mesh_bytes=LARGE_BYTES) as (node, client):
         client.good("estimate", part=flat(LARGE, "first"))
         cell.forget_peak(node)
-        before = status(node, "VmRSS")
+        memory_before = status(node, "VmRSS")
         larger = (1.1 * LARGE[0], LARGE[1])
         waiting = [
             client.send("estimate", part=flat(larger, f"part_{number}"))
             for number in range(40)
         ]
-        answers = [wait_for(one) for one in waiting]
-        grown = status(node, "VmHWM") - before
-    refused = [one.message for one in answers if not one.success]
+        answers = [wait_for(future) for future in waiting]
+        grown = status(node, "VmHWM") - memory_before
+    refused = [future.message for future in answers if not future.success]
     return judged(
         40,
         f"{grown / MEGABYTE:.0f} MiB more at most, {len(refused)} refused",
@@ -96,22 +96,22 @@ def a_flood_of_meshes(setting: Setting) -> Outcome:
         health = cell.Health(client)
         publisher.publish(flat(ROUND, "before"))
         cell.latched(client, "before")
-        before = status(node, "VmRSS")
+        memory_before = status(node, "VmRSS")
         last = library_part(surfaces[-1]).digest
         publisher.publish(
             *(flat(surface, f"part {k % 8}") for k, surface in enumerate(surfaces))
         )
-        asked = 0
+        requests = 0
         while cell.latched(client, f"part {(number - 1) % 8}").part_digest != last:
-            asked += client.call("list_drop_simulations") is not None
-        grown = status(node, "VmHWM") - before
+            requests += client.call("list_drop_simulations") is not None
+        grown = status(node, "VmHWM") - memory_before
         values = cell.quiet(health)
-        taken = len(raw_of(setting.folder, on_topic("part_mesh"))) - 1
+        recorded_meshes = len(raw_of(setting.folder, on_topic("part_mesh"))) - 1
     return judged(
         number,
-        f"{taken} taken, {values['overrun']} told as overrun, {asked} calls "
+        f"{recorded_meshes} taken, {values['overrun']} told as overrun, {requests} calls "
         f"answered meanwhile, {grown / MEGABYTE:.0f} MiB more at most",
         bounded=grown < 400 * MEGABYTE,
         none_refused=values["refused"] == 0,
-        each_is_taken_or_told=taken + values["overrun"] == number,
+        each_is_taken_or_told=recorded_meshes + values["overrun"] == number,
     )

@@ -23,33 +23,33 @@ def inputs_of(kind: str, watched: Watched) -> Callable[[Setting], Outcome]:
     """The work of trying inputs of a kind."""
 
     def work(setting: Setting) -> Outcome:
-        found = Outcome()
-        taken = 0
+        outcome = Outcome()
+        accepted = 0
         compared = Counter[str]()
         slowest = (0.0, 0)
         for number in range(setting.of(INPUTS)):
             tried = watched.tried(
                 kind, setting.seed + number, number % THOROUGH_EVERY == 0
             )
-            found.tried += 1
-            taken += not tried.refusal
+            outcome.tried += 1
+            accepted += not tried.refusal
             slowest = max(slowest, (tried.seconds, tried.seed))
             compared.update([tried.compared] * bool(tried.compared))
             if tried.faults:
-                found.broken.append(
+                outcome.broken.append(
                     f"{'; '.join(tried.faults)[:250]}: python -m lab.trials.fuzz --only '{kind}' "
                     f"--seed {tried.seed} --size 0"
                 )
-        if found.tried > 200 and not taken and KINDS[kind].fate != "refused":
-            found.broken.append("none is taken, so nothing is tried")
+        if outcome.tried > 200 and not accepted and KINDS[kind].fate != "refused":
+            outcome.broken.append("none is taken, so nothing is tried")
         if compared.total() > 20 and not compared["same"]:
-            found.broken.append("none could be given in another way")
+            outcome.broken.append("none could be given in another way")
         ways = "".join(f", {name} {count}" for name, count in compared.most_common())
-        found.seen = (
-            f"{taken} taken, slowest {slowest[0]:.2f} s (seed {slowest[1]})"
+        outcome.seen = (
+            f"{accepted} taken, slowest {slowest[0]:.2f} s (seed {slowest[1]})"
             + (f"; given in other ways{ways}" if ways else "")
         )
-        return found
+        return outcome
 
     return work
 

@@ -134,9 +134,9 @@ def good_types(random: Random) -> Arrays:
         np.longdouble,
         np.int64,
     ]
-    way = ways[int(random.integers(len(ways)))]
-    other = ways[int(random.integers(len(ways)))]
-    return way(vertices), other(
+    convert_vertices = ways[int(random.integers(len(ways)))]
+    convert_triangles = ways[int(random.integers(len(ways)))]
+    return convert_vertices(vertices), convert_triangles(
         triangles.astype(kinds[int(random.integers(len(kinds)))])
     )
 
@@ -216,15 +216,15 @@ TYPES = (
 def any_numbers(random: Random) -> Arrays:
     """Coordinates from nasty to harmless, and any indices, or the corners of a box."""
     box_vertices, box_triangles = shapes.box(1.0, 2.0, 3.0)
-    few = NUMBERS if random.random() < 0.5 else (-2.0, -1.0, 0.0, 1.0, 2.0)
-    points = random.choice(few, (int(random.integers(0, 10)), 3))
+    numbers = NUMBERS if random.random() < 0.5 else (-2.0, -1.0, 0.0, 1.0, 2.0)
+    points = random.choice(numbers, (int(random.integers(0, 10)), 3))
     indices = random.integers(-1, 9, (int(random.integers(0, 13)), 3))
-    some = random.integers(0, 8, (int(random.integers(1, 31)), 3))
+    random_triangles = random.integers(0, 8, (int(random.integers(1, 31)), 3))
     choices = (
         (points, indices),
-        (random.choice(few, (8, 3)), box_triangles),
+        (random.choice(numbers, (8, 3)), box_triangles),
         (random.uniform(-1.0, 1.0, (8, 3)), box_triangles),
-        (box_vertices, some),
+        (box_vertices, random_triangles),
     )
     return choices[int(random.integers(len(choices)))]
 
@@ -251,8 +251,8 @@ def any_object(random: Random, depth: int = 0) -> Any:
 def any_objects(random: Random) -> Arrays:
     """Any object in place of vertices, of triangles, or of both."""
     vertices, triangles = polyhedron(random)
-    which = random.integers(1, 4)
+    bits = random.integers(1, 4)
     return (
-        any_object(random) if which & 1 else vertices,
-        any_object(random) if which & 2 else triangles,
+        any_object(random) if bits & 1 else vertices,
+        any_object(random) if bits & 2 else triangles,
     )

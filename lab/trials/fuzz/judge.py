@@ -67,19 +67,21 @@ def roughness(body: Any) -> float:
     0 but for rounding, unless triangles were merged that are not quite coplanar.
     """
     arrays = body.arrays
-    off = np.abs(body.points @ arrays.normal.T - arrays.distance).min(axis=1).max()
+    point_gap = (
+        np.abs(body.points @ arrays.normal.T - arrays.distance).min(axis=1).max()
+    )
     corners = np.einsum(
         "sx,sx->s", body.points[arrays.corner], arrays.normal[arrays.face]
     )
-    return float(max(off, np.abs(corners - arrays.distance[arrays.face]).max()))
+    return float(max(point_gap, np.abs(corners - arrays.distance[arrays.face]).max()))
 
 
 def equilibria_faults(part: Part) -> Iterator[str]:
     """S - H + U = 2, and the faces' solid angles fill the sphere."""
-    found = resting_poses(part, 0.0, 0).equilibria
+    equilibria = resting_poses(part, 0.0, 0).equilibria
     # A foot on a side is a stable face and a saddle at once, or neither.
-    arrays = found.body.arrays
-    side = np.arange(len(found.body.arrays.twin))
+    arrays = equilibria.body.arrays
+    side = np.arange(len(equilibria.body.arrays.twin))
     saddles = np.count_nonzero(
         (side < arrays.twin)
         & (
@@ -90,15 +92,15 @@ def equilibria_faults(part: Part) -> Iterator[str]:
             > TIP_MARGIN
         )
     )
-    poincare_hopf = len(found.faces) - saddles + len(found.peaks)
-    if poincare_hopf != 2 and marginal(found) > MARGINAL:
+    poincare_hopf = len(equilibria.faces) - saddles + len(equilibria.peaks)
+    if poincare_hopf != 2 and marginal(equilibria) > MARGINAL:
         yield f"S - H + U is {poincare_hopf}, and no foot is near a side"
-    body = found.body
+    body = equilibria.body
     # Corners off their merged faces move the sides, by that over the sine of the angle between
     # the faces, which are seen from their distance; never by more than a few tolerances.
     rough = roughness(body)
-    off = 0.0 if rough < 1e-15 else min(10.0 * body.tolerance, 2000.0 * rough)
-    allowed = 1e-9 + (off + 1e-14) / float(body.arrays.distance.min())
+    corner_gap = 0.0 if rough < 1e-15 else min(10.0 * body.tolerance, 2000.0 * rough)
+    allowed = 1e-9 + (corner_gap + 1e-14) / float(body.arrays.distance.min())
     missing = abs(float(body.arrays.angle.sum()) - 4.0 * np.pi)
     if not missing <= allowed:
         yield f"solid angles sum to 4 pi {missing:+.1e}, allowed {allowed:.1e}"
@@ -135,10 +137,16 @@ def graph_faults(resting: Any) -> Iterator[str]:
     """EAE and MEAE fall apart at the same saddles; shares and levels are what they must be."""
     slack = 2.0 * SAME_LEVEL * resting.body.radius
     trees = [list(splitting_graph(resting, function).walk()) for function in ("r", "R")]
-    for one, other in zip(*trees, strict=True):
-        same_saddle = one.level is None or np.array_equal(one.saddle, other.saddle)
-        if one.poses != other.poses or one.level != other.level or not same_saddle:
-            yield f"the graphs of r and R part at {one.poses}"
+    for node_of_r, node_of_R in zip(*trees, strict=True):
+        same_saddle = node_of_r.level is None or np.array_equal(
+            node_of_r.saddle, node_of_R.saddle
+        )
+        if (
+            node_of_r.poses != node_of_R.poses
+            or node_of_r.level != node_of_R.level
+            or not same_saddle
+        ):
+            yield f"the graphs of r and R part at {node_of_r.poses}"
     for node in (node for tree in trees for node in tree if node.parts):
         if not abs(sum(node.transitions) - 1.0) < 1e-12 or min(node.transitions) < 0.0:
             yield f"transitions {node.transitions}"

@@ -41,8 +41,8 @@ def _closed_tangle(count: int) -> Surface:
 def _cone(count: int) -> Surface:
     sides = count // 2
     base, triangles = shapes.prism(sides, 1.0, 1.0)
-    around = np.arange(sides)
-    fan = np.column_stack((around, np.roll(around, -1), np.full(sides, sides)))
+    corners = np.arange(sides)
+    fan = np.column_stack((corners, np.roll(corners, -1), np.full(sides, sides)))
     return np.vstack((base[:sides], (0.0, 0.0, 1.0))), np.vstack(
         (triangles[: sides - 2], fan)
     )
@@ -65,7 +65,7 @@ def _boxes(count: int, size: float) -> Surface:
     side = np.arange(float(round((count / 12.0) ** (1.0 / 3.0))))
     places = np.stack(np.meshgrid(side, side, side), axis=-1).reshape(-1, 3)
     vertices, triangles = shapes.box(size, size, size)
-    return joined(*((vertices + place, triangles) for place in places))
+    return joined(*((vertices + center, triangles) for center in places))
 
 
 def _nested_boxes(count: int) -> Surface:
@@ -125,16 +125,18 @@ def attempt_large(name: str, triangles: int, _: bool) -> Tried:
 
 def large_inputs(setting: Setting) -> Outcome:
     """Fifteen large bad meshes, each made, taken or refused, and estimated within a minute."""
-    found = Outcome()
+    outcome = Outcome()
     slowest = (0.0, "")
     size = setting.of(TRIANGLES, 10_000)
     with Watched(attempt_large, BOUND) as watched:
         for name in CASES:
             tried = watched.tried(name, size)
-            found.tried += 1
-            found.broken += [f"{name}: {fault}" for fault in tried.faults]
+            outcome.tried += 1
+            outcome.broken += [f"{name}: {fault}" for fault in tried.faults]
             if not tried.faults and bool(tried.refusal) != (name in NO_PARTS):
-                found.broken.append(f"{name}: {tried.refusal or 'taken'}")
+                outcome.broken.append(f"{name}: {tried.refusal or 'taken'}")
             slowest = max(slowest, (tried.seconds, name))
-    found.seen = f"{size} triangles; the slowest, {slowest[1]}, took {slowest[0]:.1f} s"
-    return found
+    outcome.seen = (
+        f"{size} triangles; the slowest, {slowest[1]}, took {slowest[0]:.1f} s"
+    )
+    return outcome

@@ -48,8 +48,8 @@ def nearly_impossible(random: Random, surface: Surface) -> Options:
     vertices, triangles = surface
     corner = vertices[triangles[random.integers(len(triangles))]]
     shares = random.dirichlet((0.3, 0.3, 0.3))
-    near = shares @ corner
-    toward = vertices.mean(axis=0) - near
+    surface_point = shares @ corner
+    toward = vertices.mean(axis=0) - surface_point
     step = power(random, -13, -1) * random.choice((1.0, 1.0, 1.0, -1.0, 0.0))
     slack = power(random, -15, -1) * random.choice((1.0, 1.0, -1.0))
     moments = (
@@ -57,7 +57,7 @@ def nearly_impossible(random: Random, surface: Surface) -> Options:
         if random.random() < 0.5
         else np.array((abs(slack), 1.0, 1.0))
     )
-    options = {"center_of_mass": near + step * toward}
+    options = {"center_of_mass": surface_point + step * toward}
     if random.random() < 0.5:
         options |= {
             "mass": power(random, -300, 300),

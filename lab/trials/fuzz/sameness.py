@@ -49,9 +49,9 @@ def changes(part: Part, random: Random) -> Iterator[Change]:
     surface: Surface = (part.surface_vertices, part.surface_triangles)
     vertices, triangles = surface
     turn = rotation(random)
-    same = np.eye(3)
+    identity = np.eye(3)
     scale = power(random, -9.0, 9.0)
-    kept = {
+    mass_properties = {
         "center_of_mass": part.center_of_mass,
         "mass": part.mass,
         "inertia": part.inertia,
@@ -77,17 +77,17 @@ def changes(part: Part, random: Random) -> Iterator[Change]:
             part.mass,
             scale * scale * part.inertia,
         ),
-        same,
+        identity,
         scale,
     )
-    given = {
+    meshes = {
         "renumbered": shuffled(surface, random),
         "cut finer": subdivided(surface),
         "with doubled vertices": shuffled(split(surface), random),
         "with points inside": with_pocket(surface, part.center_of_mass, 0.3),
     }
-    for name, mesh in given.items():
-        yield Change(name, part_from_mesh(*mesh, **kept), same, 1.0)
+    for name, mesh in meshes.items():
+        yield Change(name, part_from_mesh(*mesh, **mass_properties), identity, 1.0)
 
 
 def bend(body: Any) -> float:
@@ -97,15 +97,15 @@ def bend(body: Any) -> float:
     are the side's own.
     """
     arrays = body.arrays
-    least = np.inf
+    smallest = np.inf
     for side, twin in enumerate(arrays.twin.tolist()):
         face = arrays.face[side]
-        off = (
+        distances = (
             body.polygon(int(arrays.face[twin])) @ arrays.normal[face]
             - arrays.distance[face]
         )
-        least = min(least, float(np.sort(np.abs(off))[2]))
-    return least
+        smallest = min(smallest, float(np.sort(np.abs(distances))[2]))
+    return smallest
 
 
 def undecided(part: Part) -> str:
@@ -138,9 +138,9 @@ def allowed(part: Part) -> float:
     resting = resting_poses(part, 0.0, 0)
     points = resting.body.points
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    wanted = resting.clusters.split
+    splits = resting.clusters.split
     smallest = min(
-        passage[0][wanted].sum(axis=1).min(initial=np.inf)
+        passage[0][splits].sum(axis=1).min(initial=np.inf)
         for passage in (resting.passage_r, resting.passage_R)
     )
     return min(
@@ -151,30 +151,35 @@ def allowed(part: Part) -> float:
 def differences(part: Part, random: Random) -> Iterator[str]:
     """What differs, under which change."""
     within = allowed(part)
-    known = estimate_all(part, cluster_tolerance=0.0, round_sides=0)
+    answers = estimate_all(part, cluster_tolerance=0.0, round_sides=0)
     for change in changes(part, random):
-        other = estimate_all(change.part, cluster_tolerance=0.0, round_sides=0)
-        for here, there in zip(known, other, strict=True):
-            least = BY_SPLIT if here.method == "split" else 0.0
-            fault = difference(here, there, change, max(within, least))
+        changed_answers = estimate_all(
+            change.part, cluster_tolerance=0.0, round_sides=0
+        )
+        for answer, changed_answer in zip(answers, changed_answers, strict=True):
+            minimum = BY_SPLIT if answer.method == "split" else 0.0
+            fault = difference(answer, changed_answer, change, max(within, minimum))
             if fault:
-                yield f"{change.name}: {here.method}: {fault}"
+                yield f"{change.name}: {answer.method}: {fault}"
                 break
 
 
 def difference(
-    here: PoseStatistics, there: PoseStatistics, change: Change, within: float
+    answer: PoseStatistics,
+    changed_answer: PoseStatistics,
+    change: Change,
+    within: float,
 ) -> str:
     """The first quantity in which two answers differ; empty where they agree."""
-    if len(here.poses) != len(there.poses):
-        return f"{len(here.poses)} poses became {len(there.poses)}"
-    expected = np.array([pose.down for pose in here.poses]) @ change.turn.T
-    gap, partner = cKDTree(np.array([pose.down for pose in there.poses])).query(
-        expected
-    )
+    if len(answer.poses) != len(changed_answer.poses):
+        return f"{len(answer.poses)} poses became {len(changed_answer.poses)}"
+    expected = np.array([pose.down for pose in answer.poses]) @ change.turn.T
+    gap, partner = cKDTree(
+        np.array([pose.down for pose in changed_answer.poses])
+    ).query(expected)
     if gap.max() > 1e-5 or len(np.unique(partner)) != len(partner):
         return f"a pose turned by {gap.max():.1e}"
-    length = change.scale * here.radius
+    length = change.scale * answer.radius
     for name, unit in (
         ("probability", 1.0),
         ("margin", 1.0),
@@ -182,11 +187,15 @@ def difference(
         ("top", length),
         ("barrier", length),
     ):
-        one = np.array([getattr(pose, name) for pose in here.poses])
-        other = np.array([getattr(there.poses[k], name) for k in partner])
+        values = np.array([getattr(pose, name) for pose in answer.poses])
+        changed_values = np.array(
+            [getattr(changed_answer.poses[k], name) for k in partner]
+        )
         if name in ("height", "top", "barrier"):
-            one = one * change.scale
-        far = np.where(one == other, 0.0, np.abs(one - other) / unit).max()
-        if not far <= within:
-            return f"{name} differs by {far:.1e}, allowed {within:.1e}"
+            values = values * change.scale
+        distance = np.where(
+            values == changed_values, 0.0, np.abs(values - changed_values) / unit
+        ).max()
+        if not distance <= within:
+            return f"{name} differs by {distance:.1e}, allowed {within:.1e}"
     return ""

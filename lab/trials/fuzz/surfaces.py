@@ -25,10 +25,10 @@ from lab.bodies.variants import joined, shuffled, subdivided
 def repeated(random: Random) -> Surface:
     """Each triangle with corners of its own, moved by up to 1e-9; some triangles twice."""
     vertices, triangles = split(polyhedron(random))
-    again = random.integers(len(triangles), size=int(random.integers(0, 9)))
+    repeats = random.integers(len(triangles), size=int(random.integers(0, 9)))
     moves = random.choice((0.0, 1e-9)) * random.uniform(-1.0, 1.0, vertices.shape)
     return shuffled(
-        (vertices + moves, np.vstack((triangles, triangles[again]))), random
+        (vertices + moves, np.vstack((triangles, triangles[repeats]))), random
     )
 
 
@@ -64,9 +64,9 @@ def bodies(random: Random) -> Surface:
     several = []
     for _ in range(int(random.integers(2, 6))):
         vertices, triangles = polyhedron(random)
-        place = random.choice((0.0, 1.0, 5.0)) * random.standard_normal(3)
+        offset = random.choice((0.0, 1.0, 5.0)) * random.standard_normal(3)
         facing = triangles if random.random() < 0.7 else triangles[:, ::-1]
-        several.append((vertices * power(random, -2, 0) + place, facing))
+        several.append((vertices * power(random, -2, 0) + offset, facing))
     return joined(*several)
 
 
@@ -123,32 +123,32 @@ def torn(random: Random) -> Surface:
     vertices, triangles = (
         polyhedron(random) if random.random() < 0.5 else regular(random)
     )
-    kept = random.random(len(triangles)) > random.choice((0.05, 0.3, 0.9))
-    return vertices, triangles[kept]
+    is_kept = random.random(len(triangles)) > random.choice((0.05, 0.3, 0.9))
+    return vertices, triangles[is_kept]
 
 
 def ring_body(random: Random) -> Surface:
     """A torus or a Klein bottle of a few facets, not convex, corners moved."""
-    across = int(random.integers(3, 9))
-    along = int(random.integers(3, 9))
-    u, v = (2.0 * np.pi * np.arange(n) / n for n in (along, across))
+    sides = int(random.integers(3, 9))
+    sections = int(random.integers(3, 9))
+    u, v = (2.0 * np.pi * np.arange(n) / n for n in (sections, sides))
     u, v = (grid.ravel() for grid in np.meshgrid(u, v, indexing="ij"))
     radius = 1.0 + 0.4 * np.cos(v)
     vertices = np.column_stack(
         (radius * np.cos(u), radius * np.sin(u), 0.4 * np.sin(v))
     )
-    i, j = np.divmod(np.arange(along * across), across)
-    next_i = (i + 1) % along
-    next_j = (j + 1) % across
+    i, j = np.divmod(np.arange(sections * sides), sides)
+    next_i = (i + 1) % sections
+    next_j = (j + 1) % sides
     one_sided = random.random() < 0.3
     seam = np.where((next_i == 0) & one_sided, -1, 1)
-    there, there_next = ((seam * k) % across + next_i * across for k in (j, j + 1))
-    here = i * across + j
-    here_next = i * across + next_j
+    ahead_corner, ahead_next = ((seam * k) % sides + next_i * sides for k in (j, j + 1))
+    corner = i * sides + j
+    corner_next = i * sides + next_j
     triangles = np.vstack(
         (
-            np.column_stack((here, there, there_next)),
-            np.column_stack((here, there_next, here_next)),
+            np.column_stack((corner, ahead_corner, ahead_next)),
+            np.column_stack((corner, ahead_next, corner_next)),
         )
     )
     moves = power(random, -16, -1) * random.standard_normal(vertices.shape)

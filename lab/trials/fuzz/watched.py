@@ -71,9 +71,9 @@ def attempt(kind: str, seed: int, thorough: bool) -> Tried:
         if len(refusal.splitlines()) != 1:
             wrong.append("a refusal of several lines")
     except Exception as error:  # whatever it is, it is a fault
-        place = traceback.extract_tb(error.__traceback__)[-1]
+        frame = traceback.extract_tb(error.__traceback__)[-1]
         wrong.append(
-            f"{type(error).__name__}: {error} ({place.name}, line {place.lineno})"
+            f"{type(error).__name__}: {error} ({frame.name}, line {frame.lineno})"
         )
     fate = KINDS[kind].fate
     if refusal and fate == "taken":

@@ -36,7 +36,7 @@ def many_drops(setting: Setting) -> Outcome:
     """A million drops of 200 bodies, each into a listed pose with the energy to stay there."""
     drops = setting.of(DROPS)
     bodies = setting.of(BODIES, 10)
-    found = Outcome()
+    outcome = Outcome()
     unsettled = 0
     lowest = np.inf
     closest = np.inf
@@ -58,39 +58,42 @@ def many_drops(setting: Setting) -> Outcome:
                 number,
                 cluster_tolerance=0.0,
                 round_sides=0,
-                on_drops=lambda chunk, all_=outcomes: all_.append(chunk.outcomes),
+                on_drops=lambda chunk, chunks=outcomes: chunks.append(chunk.outcomes),
             )
-            pose, left, trapped, seconds = (
-                np.concatenate([getattr(one, name) for one in outcomes])
+            pose, energy, trapped, seconds = (
+                np.concatenate(
+                    [getattr(chunk_outcomes, name) for chunk_outcomes in outcomes]
+                )
                 for name in ("pose", "energy_left", "trapped", "seconds")
             )
             settled = pose >= 0
-            above = (left - height[pose])[settled].min(initial=np.inf)
-            out = ((height + barrier)[pose] - left)[settled & trapped].min(
+            lowest_gap = (energy - height[pose])[settled].min(initial=np.inf)
+            barrier_gap = ((height + barrier)[pose] - energy)[settled & trapped].min(
                 initial=np.inf
             )
             sound = {
                 "as many drops as asked for": len(pose)
                 == share
-                == answer.unsettled + sum(one.count for one in answer.poses),
+                == answer.unsettled
+                + sum(chunk_outcomes.count for chunk_outcomes in answer.poses),
                 "a stable pose": -1 <= pose.min() <= pose.max() < len(answer.poses),
-                "numbers": np.isfinite(left).all() and np.isfinite(seconds).all(),
-                "the pose's energy": above >= -ROUNDING,
-                "too little to leave it": out > 0.0,
+                "numbers": np.isfinite(energy).all() and np.isfinite(seconds).all(),
+                "the pose's energy": lowest_gap >= -ROUNDING,
+                "too little to leave it": barrier_gap > 0.0,
             }
-            found.broken += [
+            outcome.broken += [
                 f"not {name}: body {number} at {restitution}"
                 for name, good in sound.items()
                 if not good
             ]
-            found.tried = found.tried + share
+            outcome.tried = outcome.tried + share
             unsettled = unsettled + answer.unsettled
-            lowest = min(lowest, above)
-            closest = min(closest, out)
-    if unsettled > MOST_UNSETTLED * found.tried:
-        found.broken.append(f"{unsettled} drops of {found.tried} did not settle")
-    found.seen = (
+            lowest = min(lowest, lowest_gap)
+            closest = min(closest, barrier_gap)
+    if unsettled > MOST_UNSETTLED * outcome.tried:
+        outcome.broken.append(f"{unsettled} drops of {outcome.tried} did not settle")
+    outcome.seen = (
         f"{unsettled} unsettled; at least {lowest:.1e} m g radius above the pose and "
         f"{closest:.1e} missing to leave it"
     )
-    return found
+    return outcome

@@ -103,7 +103,7 @@ def _ended(life, job_id):
 def jobs(life, chance):
     """Simulations by the services; some are cancelled on the way."""
     while True:
-        wanted, fields, long = _wanted(chance)
+        simulated, fields, long = _wanted(chance)
         job_id = _started(life, **fields)
         if not job_id:
             continue
@@ -112,7 +112,7 @@ def jobs(life, chance):
             life.ask("cancel_drop_simulation", job_id=job_id)
         answer = _ended(life, job_id)
         if answer.success:
-            life.told.end(job_id, wanted, answer)
+            life.told.end(job_id, simulated, answer)
         else:
             life.told.wrong.append(f"get {job_id}: {answer.message}")
 
@@ -120,7 +120,7 @@ def jobs(life, chance):
 def goals(life, chance):
     """The same by the action."""
     while True:
-        wanted, fields, long = _wanted(chance)
+        simulated, fields, long = _wanted(chance)
         goal = SimulateDrops.Goal(**fields)
         handle = life.wait(
             life.run(
@@ -136,7 +136,7 @@ def goals(life, chance):
             life.wait(life.run(handle.cancel_goal_async), "the cancel of a goal")
         result = life.wait(coming, "a result").result
         if _accepted(life, result):
-            life.told.end(result.job_id, wanted, result)
+            life.told.end(result.job_id, simulated, result)
 
 
 def failing_jobs(life, chance):
@@ -169,8 +169,10 @@ def published(life, chance):
         life.publish("cad", next(bad_meshes))
         life.told.events["messages published"] += 3
         while PARTS[number].digest not in [
-            one.part_digest
-            for one in life.ask("get_statistics", part_id=f"part_{number}").statistics
+            statistics.part_digest
+            for statistics in life.ask(
+                "get_statistics", part_id=f"part_{number}"
+            ).statistics
         ]:
             life.pause(0.01)
         life.pause(0.02)

@@ -74,16 +74,16 @@ class Life:
         Whether the bags are as the last life left them, so that they are looked at.
     """
 
-    def __init__(self, node, told, seed, look_back=True):
+    def __init__(self, node, answers, seed, look_back=True):
         self.node = node
-        self.told = told
+        self.told = answers
         self.over = threading.Event()
         self._calls = itertools.count(1)
         self.calls = 0
         self._seed = seed
         self._threads = []
         self._left = bags_of(node.log_directory)
-        before = [
+        earlier_bags = [
             (topic, data)
             for bag in self._left
             for topic, data in raw(bag)
@@ -103,7 +103,7 @@ class Life:
             for name in SERVICES:
                 self.client.service(name)
             if look_back:
-                self._look_back(unfinished(events(before)))
+                self._look_back(unfinished(events(earlier_bags)))
         except BaseException:
             self._end_lanes()
             raise
@@ -116,10 +116,10 @@ class Life:
             with AnyReader(
                 [bag]
             ) as reader:  # values are not looked at: some counts are fuzzed
-                read = sum(1 for _ in reader.messages())
-            if read != len(raw(bag)):
+                messages_read = sum(1 for _ in reader.messages())
+            if messages_read != len(raw(bag)):
                 self.told.wrong.append(
-                    f"rosbags reads {read} of {len(raw(bag))} messages"
+                    f"rosbags reads {messages_read} of {len(raw(bag))} messages"
                 )
         for job_id in jobs:
             answer = self.client.call("get_drop_simulation", job_id=job_id)
@@ -132,8 +132,8 @@ class Life:
 
     def start(self, lanes):
         """Begin with lanes; each gets a random generator of its own."""
-        for place, lane in enumerate(lanes):
-            chance = random.Random(f"{self._seed} {place}")
+        for number, lane in enumerate(lanes):
+            chance = random.Random(f"{self._seed} {number}")
             thread = threading.Thread(target=self._go, args=(lane, chance), daemon=True)
             self._threads.append(thread)
             thread.start()
@@ -152,7 +152,7 @@ class Life:
         end = time.monotonic() + 10.0 * PATIENCE
         while self.calls < goal:
             if time.monotonic() > end or not any(
-                one.is_alive() for one in self._threads
+                thread.is_alive() for thread in self._threads
             ):
                 raise TimeoutError(
                     f"{goal - self.calls} of {calls} calls were not answered"
@@ -176,10 +176,10 @@ class Life:
 
     def wait(self, future, name):
         """What comes, unless the life is over."""
-        done = threading.Event()
+        answered = threading.Event()
         end = time.monotonic() + PATIENCE
-        future.add_done_callback(lambda _: done.set())
-        while not done.wait(0.05):
+        future.add_done_callback(lambda _: answered.set())
+        while not answered.wait(0.05):
             if self.over.is_set():
                 raise Over
             if time.monotonic() > end:

@@ -94,16 +94,16 @@ class Soak:
         """Live all lives, once."""
         if not self._lives:
             self._live(setting)
-        told = self.told
+        record = self.told
         numbers = self.told.events
-        estimates = sorted(told.seconds["estimate"]) or [0.0]
-        seen = (
+        estimates = sorted(record.seconds["estimate"]) or [0.0]
+        summary = (
             f"{self._lives} lives; "
             + ", ".join(f"{numbers[name]} {name}" for name in sorted(numbers))
             + f"; an estimate takes {1e3 * median(estimates):.0f} ms, the slowest of a hundred "
             f"{1e3 * estimates[int(0.99 * len(estimates))]:.0f} ms"
         )
-        return Outcome(sum(map(len, told.seconds.values())), told.wrong[:], seen)
+        return Outcome(sum(map(len, record.seconds.values())), record.wrong[:], summary)
 
     def answers(self, setting: Setting) -> Outcome:
         """Beside the library."""
@@ -121,11 +121,13 @@ class Soak:
         """Beside the bags."""
         self.calls(setting)
         lost = self.told.not_in([*sorted(self._folder.glob("moved_*")), self._bags])
-        told = len(self.told.answers) + len(self.told.accepted) + len(self.told.ended)
+        messages = (
+            len(self.told.answers) + len(self.told.accepted) + len(self.told.ended)
+        )
         return Outcome(
-            told,
+            messages,
             lost[:SEVERAL],
-            f"{told} told, {len(lost)} not as they should be in "
+            f"{messages} told, {len(lost)} not as they should be in "
             f"{self.told.events['messages in bags']} messages",
         )
 
@@ -136,13 +138,13 @@ class Soak:
         first = median(sizes[: max(1, len(sizes) // 4)])
         last = sizes[-1]
         grown = last > MOST_GROWTH * first and LONG_SHARE * setting.of(CALLS) > ENOUGH
-        seen = f"{first / MEGABYTE:.0f} MiB in the first quarter, {last / MEGABYTE:.0f} at the end"
-        return Outcome(len(sizes), [seen] * grown, seen)
+        summary = f"{first / MEGABYTE:.0f} MiB in the first quarter, {last / MEGABYTE:.0f} at the end"
+        return Outcome(len(sizes), [summary] * grown, summary)
 
     def _live(self, setting):
-        kept = tempfile.TemporaryDirectory(prefix="soak_")
-        atexit.register(kept.cleanup)
-        self._folder = Path(kept.name)
+        folder = tempfile.TemporaryDirectory(prefix="soak_")
+        atexit.register(folder.cleanup)
+        self._folder = Path(folder.name)
         self._bags = self._folder / "bags"
         self._clock = self._folder / "clock"
         self._clock.write_text("0", "utf-8")
@@ -180,11 +182,11 @@ class Soak:
     def _full_disk(self, life):
         """No file may grow for a while."""
         sizes = [path.stat().st_size for path in self._bags.rglob("*.mcap")]
-        for most in (max(sizes, default=0), resource.RLIM_INFINITY):
+        for limit in (max(sizes, default=0), resource.RLIM_INFINITY):
             resource.prlimit(
                 life.node.process.pid,
                 resource.RLIMIT_FSIZE,
-                (most, resource.RLIM_INFINITY),
+                (limit, resource.RLIM_INFINITY),
             )
             life.go_on(FAULT)
 
@@ -215,13 +217,15 @@ class Soak:
         vertices, triangles = SURFACES[0]
         surface = ((1.0 + 0.01 * self._lives) * vertices, triangles)
         answer = life.ask("estimate", part=flat(surface, ANCHOR))
-        known = answer.success and self.told.result(answer.statistics)
-        self._anchor = part_from_mesh(*surface).digest if known else ""
+        is_known = answer.success and self.told.result(answer.statistics)
+        self._anchor = part_from_mesh(*surface).digest if is_known else ""
 
     def _look_for_anchor(self, life):
         if self._anchor:
             answer = life.ask("get_statistics", part_id=ANCHOR)
-            if [one.part_digest for one in answer.statistics] != [self._anchor]:
+            if [statistics.part_digest for statistics in answer.statistics] != [
+                self._anchor
+            ]:
                 self.told.wrong.append(
                     "the part of the last life is not there: "
                     f"{answer.message or 'another mesh'}"

@@ -81,7 +81,7 @@ class Told:
                 self.answers.add(key_of(statistics))
         return recorded
 
-    def end(self, job_id, wanted, answer):
+    def end(self, job_id, simulated, answer):
         """What came of a job; one that was cancelled at once has nothing to show."""
         statistics = answer.statistics
         if (
@@ -92,7 +92,7 @@ class Told:
             with self._lock:
                 self.ended.add(job_id)
         if statistics.drops:
-            key = wanted._replace(
+            key = simulated._replace(
                 drops=statistics.drops, drop_height=statistics.drop_height
             )
             counts = {pose.index: pose.count for pose in statistics.poses if pose.count}
@@ -105,8 +105,8 @@ class Told:
         """Estimates and simulations whose numbers are not the library's."""
         bad = [
             f"estimate {key}"
-            for key, found in self.estimates
-            if found != estimated(*key)
+            for key, probabilities in self.estimates
+            if probabilities != estimated(*key)
         ]
         runs = defaultdict(list)
         for key in self.simulations:

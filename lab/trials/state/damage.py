@@ -25,16 +25,17 @@ def _tried(setting, tries, damage):
     empty = 0
     for number in range(tries):
         file = original.copy(setting.folder / "copy")
-        said = damage(file, chance)
+        damage_done = damage(file, chance)
         try:
-            wrong, known = original.start(setting.folder, file)
+            wrong, original_known = original.start(setting.folder, file)
         except AssertionError as error:
             wrong = [str(error)]
-            known = 0
+            original_known = 0
         broken += [
-            f"{said} (try {number} of seed {setting.seed}): {line}" for line in wrong
+            f"{damage_done} (try {number} of seed {setting.seed}): {line}"
+            for line in wrong
         ]
-        empty += not known
+        empty += not original_known
     return Outcome(
         tries,
         broken,
@@ -59,19 +60,19 @@ def _any_file(file, chance):
 def _cut(file, chance):
     path = chance.choice((file, _any_file(file, chance)))
     data = path.read_bytes()
-    left = chance.choice((0, 1, 100, chance.randrange(len(data)), len(data) - 1))
-    path.write_bytes(data[:left])
-    return f"{path.name} cut to {left} of {len(data)} bytes"
+    length = chance.choice((0, 1, 100, chance.randrange(len(data)), len(data) - 1))
+    path.write_bytes(data[:length])
+    return f"{path.name} cut to {length} of {len(data)} bytes"
 
 
 def _flip(file, chance):
     path = _any_file(file, chance)
     data = bytearray(path.read_bytes())
-    place = chance.randrange(len(data))
+    position = chance.randrange(len(data))
     bits = chance.randrange(1, 256)
-    data[place] ^= bits
+    data[position] ^= bits
     path.write_bytes(data)
-    return f"byte {place} of {path.name} ^ {bits}"
+    return f"byte {position} of {path.name} ^ {bits}"
 
 
 def cut_files(setting: Setting) -> Outcome:
@@ -95,26 +96,26 @@ def flipped_bytes_read(setting: Setting) -> Outcome:
     state.close()
     chance = random.Random(setting.seed)
     broken = []
-    aside = 0
+    set_aside = 0
     tries = setting.of(READ_FLIPS, 100)
     for number in range(tries):
         copy = setting.folder / "copy"
         shutil.rmtree(copy, ignore_errors=True)
         shutil.copytree(file.parent, copy)
-        said = _flip(copy / NAME, chance)
+        damage_done = _flip(copy / NAME, chance)
         try:
             state = State(copy / NAME)
         except PoseStatsError as refusal:
             if "newer" not in str(refusal) and "another program" not in str(refusal):
-                broken.append(f"{said}: {refusal}")
+                broken.append(f"{damage_done}: {refusal}")
             continue
-        aside += bool(state.set_aside)
+        set_aside += bool(state.set_aside)
         broken += [
-            f"{said} (try {number} of seed {setting.seed}): {line}"
+            f"{damage_done} (try {number} of seed {setting.seed}): {line}"
             for line in _strange_rows(state, truth)
         ]
         state.close()
-    return Outcome(tries, broken, f"{aside} set aside")
+    return Outcome(tries, broken, f"{set_aside} set aside")
 
 
 def _rows():
@@ -148,14 +149,14 @@ def _strange_rows(state, truth):
                 if table == "counted"
                 else [row for row in state.rows(table) if row not in rows]
             )
-            found = [state.get(table, row[0]) for row in rows]
+            values = [state.get(table, row[0]) for row in rows]
         except Exception as error:
             yield f"{table} cannot be read: {type(error).__name__}: {error}"
             continue
         others = sum(
-            has not in (row, None) for has, row in zip(found, rows, strict=True)
+            value not in (row, None) for value, row in zip(values, rows, strict=True)
         )
-        missing = 0 if state.set_aside or table == "counted" else found.count(None)
+        missing = 0 if state.set_aside or table == "counted" else values.count(None)
         if strange or others or missing:
             yield (
                 f"{table} has {len(strange)} strange rows, {others} of other keys, {missing} "

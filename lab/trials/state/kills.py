@@ -46,10 +46,10 @@ def _one_life(ledger, chance, lanes, look_back=True, meanwhile=None):
         try:
             ledger.look_at(life.client)
             life.start(lanes)
-            until = time.monotonic() + LIFE_SECONDS * chance.random() ** 2
+            deadline = time.monotonic() + LIFE_SECONDS * chance.random() ** 2
             if meanwhile is not None:
-                meanwhile(until)
-            time.sleep(max(0.0, until - time.monotonic()))
+                meanwhile(deadline)
+            time.sleep(max(0.0, deadline - time.monotonic()))
         finally:
             life.end(kill=True)
             ledger.wrong += sound(node)
@@ -72,14 +72,14 @@ def _last_start(ledger, look_back=True):
         life.end(kill=False)
 
 
-def _outcome(ledger, tried, more=""):
+def _outcome(ledger, tried, note=""):
     words = ", ".join(
         f"{number} {name}" for name, number in sorted(ledger.events.items())
     )
     return Outcome(
         tried,
         list(dict.fromkeys(ledger.wrong)),
-        f"{len(ledger.accepted)} jobs accepted, {len(ledger.ends)} ends, {words}{more}",
+        f"{len(ledger.accepted)} jobs accepted, {len(ledger.ends)} ends, {words}{note}",
     )
 
 
@@ -105,8 +105,8 @@ def bags_that_go(setting: Setting) -> Outcome:
     chance = random.Random(setting.seed)
     number = setting.of(20, 2)
 
-    def disturb(until):
-        while time.monotonic() < until:
+    def disturb(deadline):
+        while time.monotonic() < deadline:
             bags = bags_of(ledger.folder)
             if bags:
                 bag = chance.choice([*bags, bags[-1]])
@@ -139,15 +139,15 @@ def bags_that_go(setting: Setting) -> Outcome:
 def small_disk(folder, mebibytes):
     """A file system of its own in a folder; why there is none, where that is not allowed."""
     folder.mkdir()
-    said = subprocess.run(
+    process = subprocess.run(
         ["mount", "-t", "tmpfs", "-o", f"size={mebibytes}m", "trial", folder],
         capture_output=True,
         text=True,
     )
     try:
-        yield said.stderr.strip() if said.returncode else ""
+        yield process.stderr.strip() if process.returncode else ""
     finally:
-        if not said.returncode:
+        if not process.returncode:
             subprocess.run(["umount", "--lazy", folder], check=True)
 
 
@@ -163,8 +163,8 @@ def a_disk_that_is_full(setting: Setting) -> Outcome:
         number = setting.of(20, 2)
         ballast = setting.folder / "disk" / "ballast"
 
-        def fill(until):
-            while time.monotonic() < until:
+        def fill(deadline):
+            while time.monotonic() < deadline:
                 time.sleep(chance.random())
                 with suppress(OSError), ballast.open("ab", buffering=0) as file:
                     while True:

@@ -84,9 +84,9 @@ class Ledger(Told):
             self.allowed[statistics.part_id] = {statistics.part_digest}
         return recorded
 
-    def end(self, job_id, wanted, answer):
+    def end(self, job_id, simulated, answer):
         """The end of a job, which stays as it was told."""
-        super().end(job_id, wanted, answer)
+        super().end(job_id, simulated, answer)
         if job_id in self.ended:
             self.ends[job_id] = str(answer.statistics)
 
@@ -108,13 +108,15 @@ class Ledger(Told):
         for bag in bags_of(self.folder):
             if self._whole.get(bag.name) is True:
                 continue
-            found = raw(bag)
-            before = self._whole.get(bag.name, [])
-            if found[: len(before)] != before:
-                self.wrong.append(f"{bag.name} lost some of {len(before)} messages")
-            self._whole[bag.name] = found
+            messages = raw(bag)
+            earlier_messages = self._whole.get(bag.name, [])
+            if messages[: len(earlier_messages)] != earlier_messages:
+                self.wrong.append(
+                    f"{bag.name} lost some of {len(earlier_messages)} messages"
+                )
+            self._whole[bag.name] = messages
             if sealed:
-                self.wrong += _unlike(bag, found)
+                self.wrong += _unlike(bag, messages)
                 self._whole[bag.name] = True
                 self.events["bags read whole"] += 1
 
@@ -145,19 +147,19 @@ class Ledger(Told):
         }
         end = time.monotonic() + SETTLED
         while True:
-            known = {
-                one.part_id: one.part_digest
-                for one in client.good("get_statistics").statistics
+            statistics_of = {
+                statistics.part_id: statistics.part_digest
+                for statistics in client.good("get_statistics").statistics
             }
-            if certain <= known.keys() or time.monotonic() > end:
+            if certain <= statistics_of.keys() or time.monotonic() > end:
                 break
             time.sleep(0.05)
-        for name in sorted(known.keys() | self.allowed.keys()):
-            has = known.get(name)
+        for name in sorted(statistics_of.keys() | self.allowed.keys()):
+            latched = statistics_of.get(name)
             allowed = self.allowed[name]
-            if has not in allowed:
-                self.wrong.append(f"part {name} is {has}, not one of {allowed}")
-            self.allowed[name] = {has, self._carried.get(name, has)}
+            if latched not in allowed:
+                self.wrong.append(f"part {name} is {latched}, not one of {allowed}")
+            self.allowed[name] = {latched, self._carried.get(name, latched)}
         self.events["parts looked for"] += len(certain)
 
     def _look_at_counts(self, client):
@@ -166,39 +168,43 @@ class Ledger(Told):
             self.recorded_counts() if self._always_written else defaultdict(Counter)
         )
         for name, life in self.lives.items():
-            if not any(sent[:2] == (name, life) for sent in self.sent.values()) or (
-                self.allowed[name] == {None}
-            ):
+            if not any(
+                message[:2] == (name, life) for message in self.sent.values()
+            ) or (self.allowed[name] == {None}):
                 continue
-            least = recorded[name, life]
-            most = sum(
+            acknowledged = recorded[name, life]
+            sent_total = sum(
                 (
                     Counter(numbers)
-                    for who, when, numbers in self.sent.values()
-                    if (who, when) == (name, life)
+                    for part_name, part_life, numbers in self.sent.values()
+                    if (part_name, part_life) == (name, life)
                 ),
                 Counter(),
             )
             end = time.monotonic() + SETTLED
             while True:
-                (told,) = client.good("get_statistics", part_id=name).statistics
-                has = Counter(
-                    {pose.index: pose.count for pose in told.poses if told.observed}
+                (statistics,) = client.good("get_statistics", part_id=name).statistics
+                counts = Counter(
+                    {
+                        pose.index: pose.count
+                        for pose in statistics.poses
+                        if statistics.observed
+                    }
                 )
                 good = (
-                    told.observed == has.total() >= self.shown[name]
-                    and least <= has <= most
+                    statistics.observed == counts.total() >= self.shown[name]
+                    and acknowledged <= counts <= sent_total
                 )
                 if good or time.monotonic() > end:
                     break
                 time.sleep(0.05)
             if not good:
                 self.wrong.append(
-                    f"{name} (life {life}) has {told.observed} counts, {dict(has)}; the bags have "
-                    f"{least.total()}, {dict(least)}; shown before were {self.shown[name]}"
+                    f"{name} (life {life}) has {statistics.observed} counts, {dict(counts)}; the bags have "
+                    f"{acknowledged.total()}, {dict(acknowledged)}; shown before were {self.shown[name]}"
                 )
             self.events["totals of counts compared"] += 1
-            self.show(told)
+            self.show(statistics)
 
     def _look_at_jobs(self, client, every_job):
         listed = client.call("list_drop_simulations")
@@ -209,8 +215,8 @@ class Ledger(Told):
                 self.wrong.append(
                     f"{job_id} has state {states.get(job_id)} after a start"
                 )
-        asked = [job_id for job_id in newest if job_id in self.ends]
-        for job_id in asked if every_job else asked[-40:]:
+        known_jobs = [job_id for job_id in newest if job_id in self.ends]
+        for job_id in known_jobs if every_job else known_jobs[-40:]:
             answer = client.call("get_drop_simulation", job_id=job_id)
             if not answer.success or str(answer.statistics) != self.ends[job_id]:
                 self.wrong.append(f"{job_id} had another result: {answer.message}")
@@ -228,10 +234,10 @@ class Ledger(Told):
             (name for name in self.lives if None not in self.allowed[name]), None
         )
         if name is not None:
-            now = client.good("estimate", part_id=name, method="csae").statistics
-            if now.restitution != has[0]:
+            statistics = client.good("estimate", part_id=name, method="csae").statistics
+            if statistics.restitution != has[0]:
                 self.wrong.append(
-                    f"answers have restitution {now.restitution}, the plate {has}"
+                    f"answers have restitution {statistics.restitution}, the plate {has}"
                 )
 
 
@@ -246,17 +252,17 @@ def _order(job_id):
 
 def _unlike(bag, expected):
     """Which of two independent readers does not find the messages that a file has."""
-    found = {}
+    faults = {}
     try:
         with AnyReader([bag]) as reader:
-            found["rosbags"] = [
+            faults["rosbags"] = [
                 (connection.topic, bytes(data))
                 for connection, _, data in reader.messages()
             ]
-        found["mcap"] = []
+        faults["mcap"] = []
         for path in files_of(bag):
             with path.open("rb") as file:
-                found["mcap"] += [
+                faults["mcap"] += [
                     (channel.topic, message.data)
                     for _, channel, message in make_reader(file).iter_messages(
                         log_time_order=False
@@ -266,6 +272,6 @@ def _unlike(bag, expected):
         return [f"{bag.name} cannot be read: {type(error).__name__}: {error}"]
     return [
         f"{name} reads {len(messages)} of {len(expected)} messages of {bag.name}"
-        for name, messages in found.items()
+        for name, messages in faults.items()
         if messages != expected
     ]

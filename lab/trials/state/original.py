@@ -80,17 +80,18 @@ class Original:
         """
         with self.cell(folder / "bags", file) as (node, client):
             wrong = self._wrong(client, whole)
-            known = len(client.call("get_statistics").statistics)
+            part_count = len(client.call("get_statistics").statistics)
             node.stop()
             wrong += sound(node)
-        return wrong, known
+        return wrong, part_count
 
     def _unlike(self, shown):
         """What is shown of parts as it never was."""
         return [
             f"{name} shows {numbers}, and showed {self.shown.get(name)}"
             for name, numbers in shown.items()
-            if numbers not in [then.get(name) for then in (self.shown, *self.before)]
+            if numbers
+            not in [earlier.get(name) for earlier in (self.shown, *self.before)]
         ]
 
     def _wrong(self, client, whole):
@@ -125,12 +126,14 @@ class Original:
 def numbers_of(client):
     """What is shown of each part, but for its time and revision."""
     return {
-        told.part_id: (
-            told.part_digest,
-            told.method,
-            told.observed,
-            told.drops,
-            sorted((pose.index, pose.count, pose.probability) for pose in told.poses),
+        statistics.part_id: (
+            statistics.part_digest,
+            statistics.method,
+            statistics.observed,
+            statistics.drops,
+            sorted(
+                (pose.index, pose.count, pose.probability) for pose in statistics.poses
+            ),
         )
-        for told in client.call("get_statistics").statistics
+        for statistics in client.call("get_statistics").statistics
     }

@@ -38,20 +38,20 @@ def other_versions(setting: Setting) -> Outcome:
     link = sqlite3.connect(foreign)
     link.execute("CREATE TABLE shopping (what TEXT)")
     link.close()
-    before = foreign.read_bytes()
+    data_before = foreign.read_bytes()
     broken += _refused(foreign, "another program")
-    if foreign.read_bytes() != before:
+    if foreign.read_bytes() != data_before:
         broken.append("the file of another program was changed")
     link = sqlite3.connect(original.folder / NAME)
     ((name, text),) = link.execute(
         "SELECT name, value FROM facts WHERE name='definitions'"
     )
     link.close()
-    then = {
+    numbers_before = {
         kind: f"# as it once was\n{definition}"
         for kind, definition in json.loads(text).items()
     }
-    row = sealed((name, json.dumps(then)))
+    row = sealed((name, json.dumps(numbers_before)))
     older = changed(
         ("UPDATE facts SET value=?, checksum=? WHERE name='definitions'", row[1:])
     )
@@ -102,18 +102,18 @@ def files_in_use(setting: Setting) -> Outcome:
     link = sqlite3.connect(file, isolation_level=None)
     link.execute("BEGIN EXCLUSIVE")  # somebody looks into the file with a tool
     with original.cell(setting.folder / "bags", file) as (node, client):
-        told = client.call(
+        answer = client.call(
             "estimate", part=flat(BOXES[3], "later"), method="csae"
         ).statistics
-        recorded = not any(line.startswith("NOT_RECORDED") for line in told.warnings)
+        recorded = not any(line.startswith("NOT_RECORDED") for line in answer.warnings)
         node.assert_sound()
     link.close()
     if recorded:
         broken.append(
             "an answer was told as recorded while another program had the file"
         )
-    with lock.open("r+") as held:
-        fcntl.flock(held, fcntl.LOCK_EX)
+    with lock.open("r+") as lock_file:
+        fcntl.flock(lock_file, fcntl.LOCK_EX)
         broken += _refused(file, "process")
     return Outcome(
         5,
@@ -142,11 +142,12 @@ def a_disk_to_read_only(setting: Setting) -> Outcome:
                 ["mount", "-o", "remount,ro", setting.folder / "disk"], check=True
             )
             with original.cell(setting.folder / "bags", disk / NAME) as (node, client):
-                said = client.good(
+                answer = client.good(
                     "estimate", part=flat(BOXES[3], "later"), method="csae"
                 )
                 if not any(
-                    line.startswith("NOT_RECORDED") for line in said.statistics.warnings
+                    line.startswith("NOT_RECORDED")
+                    for line in answer.statistics.warnings
                 ):
                     broken.append(f"{ended}: an answer was told as recorded")
                 shown = numbers_of(client)

@@ -73,7 +73,9 @@ def a_start_with_all_parts(setting: Setting) -> Outcome:
 
 def _answers(client, surfaces):
     """Which of some parts are not as the library has them, or not known."""
-    latched = {told.part_id for told in client.good("get_statistics").statistics}
+    latched = {
+        statistics.part_id for statistics in client.good("get_statistics").statistics
+    }
     wrong = [
         f"part_{k} is not shown"
         for k in range(len(surfaces))

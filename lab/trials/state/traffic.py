@@ -50,10 +50,10 @@ def by_topic(life, chance):
 
 def _latched(life, name):
     """What is latched of a part, once there is something."""
-    while not (found := life.ask("get_statistics", part_id=name).statistics):
+    while not (statistics := life.ask("get_statistics", part_id=name).statistics):
         life.pause(0.02)
-    life.told.show(found[0])
-    return found[0]
+    life.told.show(statistics[0])
+    return statistics[0]
 
 
 def _camera(life, chance, name):
@@ -61,13 +61,13 @@ def _camera(life, chance, name):
     model = _latched(life, name)
     numbers = [chance.randrange(6) for _ in model.poses]
     message = count_message(model, numbers, plate=PLATE)
-    told = life.told
-    told.sent[message.header.stamp.sec] = (
+    record = life.told
+    record.sent[message.header.stamp.sec] = (
         name,
-        told.lives[name],
+        record.lives[name],
         dict(zip(message.index, numbers, strict=True)),
     )
-    told.events["counts sent"] += 1
+    record.events["counts sent"] += 1
     life.publish("pose_counts", message)
     return sum(numbers)
 
@@ -88,8 +88,8 @@ def forgotten(life, chance):
     for number in count(chance.randrange(3)):
         name = f"passing_{number % 3}"
         _taken(life, name, BOXES[2], DIGESTS[2])
-        seen = _latched(life, name).observed + _camera(life, chance, name)
-        while _latched(life, name).observed < seen:
+        observed = _latched(life, name).observed + _camera(life, chance, name)
+        while _latched(life, name).observed < observed:
             life.pause(0.02)
         life.told.ask(name, None)
         answer = life.ask("forget_part", part_id=name)

@@ -79,8 +79,8 @@ def speed_accuracy_figure(
     points = [point for panel in panels for point in panel.points]
     _head(figure, f"{subtitle} Bars: {100.0 * level:g} % interval.", points)
     seconds = time_range(points, 72.0 * WIDTH * (RIGHT - LEFT), NAMES, LAST)
-    for place, panel in enumerate(panels):
-        axes = figure.add_subplot(len(panels), 1, place + 1)
+    for number, panel in enumerate(panels):
+        axes = figure.add_subplot(len(panels), 1, number + 1)
         prepare(axes, seconds, error_range(points))
         axes.set_title(
             panel.title, loc="left", fontsize=11.5, fontweight="bold", color=INK
@@ -195,7 +195,7 @@ BELOW = 1.45
 
 
 def time_range(
-    points: Sequence[ChartPoint], width: float, left: float, right: float
+    points: Sequence[ChartPoint], width: float, left_margin: float, right_margin: float
 ) -> Range:
     """Limits in seconds with room for labels on both sides of the points.
 
@@ -209,10 +209,10 @@ def time_range(
     """
     ends = [math.log10(pick(point.seconds for point in points)) for pick in (min, max)]
     decades = max(ends[1] - ends[0], 1.0)
-    per_width = decades / (width - left - right)
+    per_width = decades / (width - left_margin - right_margin)
     return (
-        float(10.0 ** (ends[0] - left * per_width)),
-        float(10.0 ** (ends[0] + decades + right * per_width)),
+        float(10.0 ** (ends[0] - left_margin * per_width)),
+        float(10.0 ** (ends[0] + decades + right_margin * per_width)),
     )
 
 
@@ -253,6 +253,6 @@ def prepare(axes: Axes, seconds: Range, error: Range) -> None:
 def time_label(seconds: float) -> str:
     """Such as "10 µs", "1 ms" or "100 s"."""
     unit, name = next(
-        (each for each in UNITS if seconds >= each[0] * (1.0 - 1e-9)), UNITS[-1]
+        (scale for scale in UNITS if seconds >= scale[0] * (1.0 - 1e-9)), UNITS[-1]
     )
     return f"{round(seconds / unit, 6):,g} {name}".replace(",", " ")

@@ -48,15 +48,15 @@ class Spot(NamedTuple):
     va: str
 
 
-def around(
+def spots_around(
     anchor: tuple[float, float], reach: Iterable[float] = (7.0, 14.0, 22.0, 34.0, 48.0)
 ) -> list[Spot]:
     """Spots on all sides of an anchor, `reach` points away."""
     sides = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
-    across = {1: "left", 0: "center", -1: "right"}
-    upward = {1: "bottom", 0: "center", -1: "top"}
+    horizontal = {1: "left", 0: "center", -1: "right"}
+    vertical = {1: "bottom", 0: "center", -1: "top"}
     return [
-        Spot(anchor, (step * x, step * y), across[x], upward[y])
+        Spot(anchor, (step * x, step * y), horizontal[x], vertical[y])
         for step in reach
         for x, y in sides
     ]
@@ -74,7 +74,7 @@ class Labels:
     def __init__(self, axes: Axes) -> None:
         self.axes = axes
         self.unit = axes.figure.dpi / 72.0
-        self.taken: list[tuple[Array, float]] = []
+        self.occupied: list[tuple[Array, float]] = []
 
     def keep_clear(self, seconds: ArrayLike, error: ArrayLike, radius: float) -> None:
         """Keep texts off a line, data coordinates, by a radius in points."""
@@ -87,15 +87,15 @@ class Labels:
             reach = radius * self.unit
             self._occupy(np.hstack((middle - reach, middle + reach)), MARK)
 
-    def put(
+    def place_text(
         self, text: str, spots: Iterable[Spot], *, joined: bool = True, **style: Any
     ) -> Annotation:
         """Write a text at the spot where it covers the least, the first of equally good ones."""
         size = self._size(text, style)
         best = min(spots, key=lambda spot: self._cost(self._box(size, spot), spot))
-        return self.put_at(text, best, joined=joined, **style)
+        return self.write_text(text, best, joined=joined, **style)
 
-    def put_at(
+    def write_text(
         self, text: str, spot: Spot, *, joined: bool = True, **style: Any
     ) -> Annotation:
         """Write a text at one spot; no later one will be put onto it.
@@ -109,7 +109,7 @@ class Labels:
                 "linewidth": 0.7,
                 "shrinkA": 0.0,
                 "shrinkB": 3.0,
-                "relpos": _nearest(spot),
+                "relpos": _text_side(spot),
             }
         note = self.axes.annotate(
             text,
@@ -126,7 +126,7 @@ class Labels:
         return note
 
     def _occupy(self, boxes: Array, cost: float) -> None:
-        self.taken.append((boxes, cost))
+        self.occupied.append((boxes, cost))
 
     def _size(self, text: str, style: dict[str, Any]) -> tuple[float, float]:
         """Width and height of a text, pixels."""
@@ -138,10 +138,10 @@ class Labels:
 
     def _box(self, size: tuple[float, float], spot: Spot) -> Bbox:
         """Where a text of that size will lie, pixels."""
-        at = self.axes.transData.transform(spot.anchor) + np.multiply(
+        position = self.axes.transData.transform(spot.anchor) + np.multiply(
             spot.offset, self.unit
         )
-        low = at - np.multiply(size, _nearest(spot))
+        low = position - np.multiply(size, _text_side(spot))
         box: Bbox = Bbox.from_bounds(low[0], low[1], *size).padded(CLEAR * self.unit)
         return box
 
@@ -155,18 +155,18 @@ class Labels:
             and box.y1 <= inside.y1
         ):
             cost += OUTSIDE
-        for boxes, each in self.taken:
+        for boxes, weight in self.occupied:
             covered = (
                 (boxes[:, 0] < box.x1)
                 & (boxes[:, 2] > box.x0)
                 & (boxes[:, 1] < box.y1)
                 & (boxes[:, 3] > box.y0)
             )
-            cost += each * np.count_nonzero(covered)
+            cost += weight * np.count_nonzero(covered)
         return cost
 
 
-def _nearest(spot: Spot) -> tuple[float, float]:
+def _text_side(spot: Spot) -> tuple[float, float]:
     """The side of the text that lies at the spot, as a fraction of its width and height."""
     return (
         {"left": 0.0, "center": 0.5, "right": 1.0}[spot.ha],
@@ -220,18 +220,20 @@ def write_names(
     )
     for point in points:
         if point.kind not in ESTIMATORS:
-            labels.put(point.name, around(_place(point)), fontsize=SIZE, color=INK)
+            labels.place_text(
+                point.name, spots_around(_position(point)), fontsize=SIZE, color=INK
+            )
     for name, members in series_of(points):
-        labels.put(
+        labels.place_text(
             name,
-            _along(members),
+            _spots_along(members),
             fontsize=SIZE + 0.5,
             fontweight="bold",
             color=KINDS[members[0].kind].ink,
         )
-    labels.put(
+    labels.place_text(
         FRONT,
-        _below(*corners),
+        _spots_below(*corners),
         joined=False,
         fontsize=SIZE,
         color=REFERENCE,
@@ -239,7 +241,7 @@ def write_names(
     )
 
 
-def _place(point: ChartPoint) -> tuple[float, float]:
+def _position(point: ChartPoint) -> tuple[float, float]:
     return point.seconds, 100.0 * point.error
 
 
@@ -249,14 +251,14 @@ def _name_estimators(
     """A column of names left of all points, as near to the heights of the markers as they fit."""
     if not estimators:
         return
-    shown = labels.axes.transData
+    transform = labels.axes.transData
     heights = (
-        np.array([shown.transform(_place(point))[1] for point in estimators])
+        np.array([transform.transform(_position(point))[1] for point in estimators])
         / labels.unit
     )
     box = labels.axes.bbox
     column = (
-        min(shown.transform(_place(point))[0] for point in points) / labels.unit
+        min(transform.transform(_position(point))[0] for point in points) / labels.unit
         - LEADER
     )
     placed = separate(
@@ -266,12 +268,15 @@ def _name_estimators(
         box.y1 / labels.unit - 0.6 * LINE,
     )
     for point, height in zip(estimators, placed, strict=True):
-        anchor = shown.transform(_place(point)) / labels.unit
+        anchor = transform.transform(_position(point)) / labels.unit
         spot = Spot(
-            _place(point), (column - anchor[0], height - anchor[1]), "right", "center"
+            _position(point),
+            (column - anchor[0], height - anchor[1]),
+            "right",
+            "center",
         )
         ink = KINDS["paper"].ink if point.kind == "paper" else INK
-        labels.put_at(
+        labels.write_text(
             point.name,
             spot,
             fontsize=SIZE,
@@ -280,20 +285,20 @@ def _name_estimators(
         )
 
 
-def _along(members: Sequence[ChartPoint]) -> list[Spot]:
+def _spots_along(members: Sequence[ChartPoint]) -> list[Spot]:
     """Spots beside the middles of a series' lines, or around its only point."""
     if len(members) == 1:
-        return around(_place(members[0]))
-    ends = np.log([_place(point) for point in members])
+        return spots_around(_position(members[0]))
+    ends = np.log([_position(point) for point in members])
     middles = np.exp(0.5 * (ends[:-1] + ends[1:]))
     return [
         spot
         for x, y in middles
-        for spot in around((float(x), float(y)), (5.0, 9.0, 15.0))
+        for spot in spots_around((float(x), float(y)), (5.0, 9.0, 15.0))
     ]
 
 
-def _below(seconds: Array, error: Array) -> list[Spot]:
+def _spots_below(seconds: Array, error: Array) -> list[Spot]:
     """Spots under the treads of the stair, close ones and the longest treads first."""
     logs = np.log(seconds)
     treads = sorted(

@@ -36,7 +36,7 @@ class Kind(NamedTuple):
     size: float = 6.5
 
 
-COMBINED = next(one.title for one in METHODS if one.name == FITTED_METHOD)
+COMBINED = next(method.title for method in METHODS if method.name == FITTED_METHOD)
 """Title of the estimate that `hybrid` combines with drops."""
 
 KINDS = {
@@ -137,15 +137,15 @@ def pareto_front(points: Sequence[ChartPoint]) -> list[int]:
     )
     front: list[int] = []
     faster = np.inf
-    seen = np.inf
-    now = -np.inf  # smallest error before this time and up to it
-    for place in order:
-        if points[place].seconds > now:
-            faster = seen
-            now = points[place].seconds
-        if points[place].error <= faster:
-            front.append(place)
-        seen = min(seen, points[place].error)
+    smallest = np.inf
+    latest = -np.inf  # smallest error before this time and up to it
+    for row in order:
+        if points[row].seconds > latest:
+            faster = smallest
+            latest = points[row].seconds
+        if points[row].error <= faster:
+            front.append(row)
+        smallest = min(smallest, points[row].error)
     return front
 
 
@@ -166,7 +166,7 @@ def stair(
     seconds, error : (2 k + 1,) arrays
         From the top over the k points of the front to the right.
     """
-    front = [points[place] for place in pareto_front(points)]
+    front = [points[row] for row in pareto_front(points)]
     seconds = np.repeat([point.seconds for point in front], 2)
     error = np.repeat([point.error for point in front], 2)
     return np.append(seconds, (slowest,)), np.concatenate(((worst,), error))

@@ -43,11 +43,11 @@ def _message(payload: bytearray, message: Any, order: str) -> None:
 def _value(payload: bytearray, value: Any, kind: str, order: str) -> None:
     if (sequence := _SEQUENCE.fullmatch(kind)) is not None:
         _number(payload, len(value), "I", order)
-        for one in value:
-            _value(payload, one, sequence[1], order)
+        for element in value:
+            _value(payload, element, sequence[1], order)
     elif (array := _ARRAY.fullmatch(kind)) is not None:
-        for one in value:
-            _value(payload, one, array[1], order)
+        for element in value:
+            _value(payload, element, array[1], order)
     elif kind == "string":
         text = value.encode() + b"\0"
         _number(payload, len(text), "I", order)

@@ -77,13 +77,13 @@ ELSEWHERE = [Path("/etc/x"), Path("/tmp/x"), Path("/x"), Path("/x.mcap")]
 
 def bytes_on_topics(setting: Setting) -> Outcome:
     """Nine thousand messages on the four topics, nine in ten of them changed at random."""
-    sent = 0
+    sent_messages = 0
     refused = 0
     thin = []
     with tried_node(setting.folder, **SMALL) as (node, client):
         health = Health(client)
         publish_in_turn(client, WEDGE, [f"part_{number}" for number in range(8)], 0.0)
-        before = status(node, "VmHWM")
+        memory_before = status(node, "VmHWM")
         threads = status(node, "Threads")
         for kind, (name, number) in TOPICS.items():
             messages = list(fuzzed(kind, setting.seed, setting.of(number, 300)))
@@ -97,18 +97,18 @@ def bytes_on_topics(setting: Setting) -> Outcome:
             ):  # a few, so that most are not overrun
                 publisher.publish(*messages[first : first + AT_ONCE])
                 publish_in_turn(client, WEDGE, [new_id()])
-            more = quiet(health)["refused"] - begin["refused"]
-            sent = sent + len(messages)
-            refused = refused + more
-            if len(messages) > 300 and not len(messages) / 20 < more < 0.97 * len(
+            refusals = quiet(health)["refused"] - begin["refused"]
+            sent_messages = sent_messages + len(messages)
+            refused = refused + refusals
+            if len(messages) > 300 and not len(messages) / 20 < refusals < 0.97 * len(
                 messages
             ):
-                thin.append(f"{more} of {len(messages)} refused on {name}")
-        grown = status(node, "VmHWM") - before
+                thin.append(f"{refusals} of {len(messages)} refused on {name}")
+        grown = status(node, "VmHWM") - memory_before
         more_threads = status(node, "Threads") - threads
         assert_serves(client)
     return judged(
-        sent,
+        sent_messages,
         f"{refused} refused, {grown / MEGABYTE:.0f} MiB and {more_threads} "
         f"threads more {'; '.join(thin)}",
         memory_is_bounded=grown < MOST_GROWTH,
@@ -145,15 +145,15 @@ def requests_and_goals(setting: Setting) -> Outcome:
         cancel_all(client)
         raw = _strange_bytes(client, setting)
         cancel_all(client)
-        more = status(node, "Threads") - threads
+        new_threads = status(node, "Threads") - threads
         assert_serves(client)
     return judged(
         became.total() + raw,
         f"{became['taken']} taken, {became['refused']} refused, "
-        f"{became['dropped']} that are none, {raw} of arbitrary bytes, {more} threads more",
+        f"{became['dropped']} that are none, {raw} of arbitrary bytes, {new_threads} threads more",
         some_are_taken=became["taken"] > 0,
         some_are_refused=became["refused"] > 0,
-        threads_are_bounded=more <= MOST_THREADS,
+        threads_are_bounded=new_threads <= MOST_THREADS,
     )
 
 
@@ -188,14 +188,14 @@ def _readable(kind, seed, number, became):
 @contextmanager
 def _no_words():
     """The middleware prints what it cannot read."""
-    kept = os.dup(2)
+    standard_error = os.dup(2)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 2)
     try:
         yield
     finally:
-        os.dup2(kept, 2)
-        os.close(kept)
+        os.dup2(standard_error, 2)
+        os.close(standard_error)
         os.close(nowhere)
 
 
@@ -208,7 +208,7 @@ def _judge(answer, became):
 
 def _strange_bytes(client, setting):
     """As only a broken client sends them: the middleware drops most; how many were sent."""
-    before = len(client.call("list_drop_simulations").job_id)
+    jobs_before = len(client.call("list_drop_simulations").job_id)
     number = setting.of(RAW, 5)
     command = [
         sys.executable,
@@ -225,14 +225,14 @@ def _strange_bytes(client, setting):
         text=True,
         env=os.environ,
     ) as stranger:
-        sent = stranger.stdout.readline()
-        assert sent == f"sent {number * len(SERVICES)}\n", sent
-        for name, known in (("estimate", "part_id"), ("get_drop_simulation", "job_id")):
+        report = stranger.stdout.readline()
+        assert report == f"sent {number * len(SERVICES)}\n", report
+        for name, field in (("estimate", "part_id"), ("get_drop_simulation", "job_id")):
             # They stand in line behind those.
-            assert "nobody" in client.call(name, **{known: "nobody"}).message
+            assert "nobody" in client.call(name, **{field: "nobody"}).message
         stranger.stdin.close()
         assert stranger.wait() == 0
-    assert len(client.call("list_drop_simulations").job_id) >= before
+    assert len(client.call("list_drop_simulations").job_id) >= jobs_before
     return number * len(SERVICES)
 
 
@@ -258,7 +258,7 @@ def hostile_names(setting: Setting) -> Outcome:
     with tried_node(
         bags, max_parts=20, max_drops=1000, environment=environment, folder=work
     ) as (_, client):
-        before = listing()
+        files_before = listing()
         publisher = MeshPublisher(client).matched()
         camera = MeshPublisher(
             client, f"{client.prefix}/pose_counts", PoseCounts
@@ -268,7 +268,7 @@ def hostile_names(setting: Setting) -> Outcome:
                 client, publisher, camera, name.replace("\0", "\x01")
             )  # rclpy cuts at zero
         publish_in_turn(client, WEDGE, [new_id()])
-        written = listing() - before
+        written = listing() - files_before
         strange = [
             path.name for path in bags.rglob("*") if not OWN_NAMES.fullmatch(path.name)
         ]
@@ -287,8 +287,12 @@ def _use(client, publisher, camera, name):
     part.header.frame_id = name
     answer = client.call("estimate", part=part)
     started = client.call("start_drop_simulation", part=part, drops=5)
-    for said in (answer, started, client.call("estimate", part_id=name, method=name)):
-        assert_line(said.message)
+    for response in (
+        answer,
+        started,
+        client.call("estimate", part_id=name, method=name),
+    ):
+        assert_line(response.message)
     for service in ("get_drop_simulation", "cancel_drop_simulation"):
         assert not client.call(service, job_id=name).success
     camera.publish(PoseCounts(part_id=name, plate=name, part_digest=name))

@@ -39,18 +39,18 @@ def fuzzed(kind: type, seed: int, number: int) -> Iterator[bytes]:
     """So many serialised messages of a type, a tenth of them as they should be."""
     chance = Random(f"{kind.__name__} {seed}")
     seeds = Seeds(chance)
-    before = encoded(seeds.make(kind))
+    previous = encoded(seeds.make(kind))
     for _ in range(number):
         data = encoded(seeds.make(kind), BIG if chance.random() < 0.15 else LITTLE)
-        before, other = data, before
-        yield data if chance.random() < 0.1 else mutated(chance, data, other)
+        previous, donor = data, previous
+        yield data if chance.random() < 0.1 else mutated(chance, data, donor)
 
 
-def mutated(chance: Random, data: bytes, other: bytes) -> bytes:
+def mutated(chance: Random, data: bytes, donor: bytes) -> bytes:
     """A message changed in one to four places, perhaps spliced with another one."""
     changed = bytearray(data)
     for _ in range(chance.choice((1, 1, 1, 2, 3, 4))):
-        changed = chance.choice(MUTATIONS)(chance, changed, other)
+        changed = chance.choice(MUTATIONS)(chance, changed, donor)
     return bytes(changed)
 
 
@@ -78,17 +78,17 @@ def _lie(chance, data, _):
     """Claim another number where a count may be: a small number in a word of its own."""
     code = ("<" if data[:2] == HEADERS[LITTLE][:2] else ">") + "I"
     places = [
-        place
-        for place in range(HEADER, len(data) - 3, 4)
-        if 0 < struct.unpack_from(code, data, place)[0] <= len(data)
+        position
+        for position in range(HEADER, len(data) - 3, 4)
+        if 0 < struct.unpack_from(code, data, position)[0] <= len(data)
     ]
     if places:
-        place = chance.choice(places)
-        true = struct.unpack_from(code, data, place)[0]
+        position = chance.choice(places)
+        true = struct.unpack_from(code, data, position)[0]
         struct.pack_into(
             code,
             data,
-            place,
+            position,
             chance.choice((*CLAIMS, true + 1, true - 1, 2 * true, 3 * true)),
         )
     return data
@@ -97,11 +97,11 @@ def _lie(chance, data, _):
 def _poison(chance, data, _):
     """Write hostile numbers where numbers may be, or everywhere."""
     places = list(range(HEADER, len(data) - 7, 8))
-    some = (
+    chosen = (
         places if chance.random() < 0.1 else chance.sample(places, min(len(places), 2))
     )
-    for place in some:
-        struct.pack_into("<d", data, place, chance.choice(HOSTILE_NUMBERS))
+    for position in chosen:
+        struct.pack_into("<d", data, position, chance.choice(HOSTILE_NUMBERS))
     return data
 
 
@@ -110,16 +110,16 @@ def _swap(chance, data, _):
     size = chance.choice((4, 8, 24))
     places = range(HEADER, len(data) - size + 1, 4)
     if len(places) > 1:
-        here = chance.choice(places)
-        there = chance.choice(places)
-        kept = data[here : here + size]
-        data[here : here + size] = data[there : there + size]
-        data[there : there + size] = kept
+        first = chance.choice(places)
+        second = chance.choice(places)
+        field = data[first : first + size]
+        data[first : first + size] = data[second : second + size]
+        data[second : second + size] = field
     return data
 
 
-def _splice(chance, data, other):
-    return data[: _word(chance, data)] + other[_word(chance, other) :]
+def _splice(chance, data, donor):
+    return data[: _word(chance, data)] + donor[_word(chance, donor) :]
 
 
 def _repeat(chance, data, _):

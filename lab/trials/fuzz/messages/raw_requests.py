@@ -91,26 +91,28 @@ def disguise():
 
 def payload(chance):
     """Bytes of a request that is none."""
-    made = bytearray(SIZE)
+    data = bytearray(SIZE)
     for _ in range(6):
         struct.pack_into(
-            "<I", made, 4 * chance.randrange(SIZE // 4), chance.choice(CLAIMS)
+            "<I", data, 4 * chance.randrange(SIZE // 4), chance.choice(CLAIMS)
         )
     claim = struct.pack("<I", chance.choice(CLAIMS)) + b"a\0" * SIZE
     return chance.choice(
-        (chance.randbytes(SIZE), b"\xff" * SIZE, bytes(SIZE), claim[:SIZE], bytes(made))
+        (chance.randbytes(SIZE), b"\xff" * SIZE, bytes(SIZE), claim[:SIZE], bytes(data))
     )
 
 
 def message_of(data):
     """The message of numbers that are these bytes."""
     values = np.frombuffer(data, dtype="<f8")
-    made = PoseWithCovariance()
-    place = made.pose.position
-    turn = made.pose.orientation
-    place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w = values[:7].tolist()
-    made._covariance = values[7:].copy()  # the setter looks at the numbers
-    return made
+    message = PoseWithCovariance()
+    position = message.pose.position
+    turn = message.pose.orientation
+    position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w = values[
+        :7
+    ].tolist()
+    message._covariance = values[7:].copy()  # the setter looks at the numbers
+    return message
 
 
 def main(prefix, number, seed):

@@ -108,17 +108,17 @@ class Seeds:
         """A message, request or goal."""
         if kind is Mesh:
             return self._mesh()
-        made = kind()
-        for name, of in kind.get_fields_and_field_types().items():
-            if of.startswith("sequence<"):
-                inner = of[9:].rpartition(">")[0]
-                many = self.chance.choice((2, 2, 2, self.chance.randrange(5)))
-                setattr(made, name, [self._value(name, inner) for _ in range(many)])
+        message = kind()
+        for name, field_type in kind.get_fields_and_field_types().items():
+            if field_type.startswith("sequence<"):
+                inner = field_type[9:].rpartition(">")[0]
+                count = self.chance.choice((2, 2, 2, self.chance.randrange(5)))
+                setattr(message, name, [self._value(name, inner) for _ in range(count)])
             elif name != "structure_needs_at_least_one_member":
-                setattr(made, name, self._value(name, of))
+                setattr(message, name, self._value(name, field_type))
         if kind is PartMesh:
-            self._fill(made)
-        return made
+            self._fill(message)
+        return message
 
     def _odd(self):
         return self.chance.random() < HOSTILE
@@ -145,30 +145,30 @@ class Seeds:
                 else GOOD.get(name, 3)
             )
         package, _, short = kind.partition("/")
-        of = getattr(import_module(f"{package}.msg"), short)
+        message_type = getattr(import_module(f"{package}.msg"), short)
         left_out = (short == "Inertia" and not self._odd()) or (
             short == "PartMesh" and self.chance.random() < 0.3
         )
-        return of() if left_out else self.make(of)
+        return message_type() if left_out else self.make(message_type)
 
     def _surface(self):
         """A tetrahedron of a size of its own, sometimes spoiled."""
         vertices = CORNERS * self.chance.uniform(0.5, 2.0)
         triangles = FACES.copy()
-        place = self.chance.randrange(4), self.chance.randrange(3)
+        cell = self.chance.randrange(4), self.chance.randrange(3)
         if self._odd():
             if self.chance.random() < 0.5:
-                vertices[place] = self.chance.choice(HOSTILE_NUMBERS)
+                vertices[cell] = self.chance.choice(HOSTILE_NUMBERS)
             else:
-                triangles[place] = self.chance.choice(HOSTILE_COUNTS) % 2**32
+                triangles[cell] = self.chance.choice(HOSTILE_COUNTS) % 2**32
         return vertices, triangles.astype(np.uint32)
 
     def _mesh(self):
-        made, (vertices, triangles) = Mesh(), self._surface()
+        message, (vertices, triangles) = Mesh(), self._surface()
         point = import_module("geometry_msgs.msg").Point
-        made.vertices = [point(x=x, y=y, z=z) for x, y, z in vertices.tolist()]
-        made.triangles = [MeshTriangle(vertex_indices=row) for row in triangles]
-        return made
+        message.vertices = [point(x=x, y=y, z=z) for x, y, z in vertices.tolist()]
+        message.triangles = [MeshTriangle(vertex_indices=row) for row in triangles]
+        return message
 
     def _fill(self, part):
         """Flat, nested, both or neither."""
