@@ -1,1 +1,3 @@
-"""Programs of a checkout that are not installed: training, benchmarks, trials, the demo."""
+"""Programs of a checkout that are not installed: training, benchmarks, trials, the
+demo.
+"""

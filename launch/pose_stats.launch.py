@@ -1,4 +1,6 @@
-"""Starts the node with the parameters of config/pose_stats.yaml, or of another file, and RViz."""
+"""Starts the node with the parameters of config/pose_stats.yaml, or of another file,
+and RViz.
+"""
 
 from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition

@@ -104,7 +104,9 @@ def write_documents(documents: Documents, folder: Path) -> list[Path]:
 
 
 def write_chart(results: ChartResults, file: Path) -> list[Path]:
-    """Draw the chart to a file, and write its numbers to one that ends in .json beside it."""
+    """Draw the chart to a file, and write its numbers to one that ends in .json beside
+    it.
+    """
     figure = draw_chart(results)
 
     def write(staging: Path) -> None:

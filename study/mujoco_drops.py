@@ -1,21 +1,23 @@
 """Drops of a part by MuJoCo, for comparison, where it is installed.
 
-MuJoCo needs a time step and gets restitution from a soft contact, whose depth takes the place of a
-tolerance. Lengths are in radii, time in sqrt(radius / g), mass 1.
+MuJoCo needs a time step and gets restitution from a soft contact, whose depth takes the
+place of a tolerance. Lengths are in radii, time in sqrt(radius / g), mass 1.
 
-A direct `solref = (-softness.stiffness, -softness.damping)` lets the depth x of a touching vertex obey
-x'' + 2 zeta omega x' + omega² x = 0, whatever the leverage, until the force would pull. With
-zeta = cos(phi), phi being imaginary above zeta = 1, this gives
+A direct `solref = (-softness.stiffness, -softness.damping)` lets the depth x of a
+touching vertex obey x'' + 2 zeta omega x' + omega² x = 0, whatever the leverage, until
+the force would pull. With zeta = cos(phi), phi being imaginary above zeta = 1, this
+gives
 
     restitution = exp(-2 phi / tan(phi)),    duration = 2 phi / (omega sin(phi)),
     depth       = speed sqrt(restitution) / omega.
 
-`fit_contact` aims these at the wanted restitution and depth and corrects the aim by what first
-impacts from 20 radii show.
+`fit_contact` aims these at the wanted restitution and depth and corrects the aim by
+what first impacts from 20 radii show.
 
-The integrator is `implicitfast`, which in MuJoCo 4.0 loses energy in free rotation (0.6 % to
-14 % in 20 units of time at a step of 0.002 and 5 radians a unit). `Euler`, and `implicitfast` in
-3.3, gain as much, so that long drops can blow up; `RK4`, exact there, takes three times as long.
+The integrator is `implicitfast`, which in MuJoCo 4.0 loses energy in free rotation (0.6
+% to 14 % in 20 units of time at a step of 0.002 and 5 radians a unit). `Euler`, and
+`implicitfast` in 3.3, gain as much, so that long drops can blow up; `RK4`, exact there,
+takes three times as long.
 """
 
 from __future__ import annotations
@@ -49,7 +51,9 @@ class Contact(NamedTuple):
 
 
 def contact(restitution: float, depth: float, steps: int) -> Contact:
-    """Stiffness, damping and time step by the closed forms above, for a fall from 20 radii."""
+    """Stiffness, damping and time step by the closed forms above, for a fall from 20
+    radii.
+    """
     low = 0.0
     high = 1e3  # of zeta; restitution falls with it
     for _ in range(100):
@@ -69,7 +73,8 @@ def fit_contact(
 ) -> Contact:
     """Find a contact of so many time steps, correcting the aim by first impacts.
 
-    Restitution and penetration, the greatest depth in radii, are medians over the impacts.
+    Restitution and penetration, the greatest depth in radii, are medians over the
+    impacts.
     """
     rng = np.random.default_rng(0)
     turns = random_turns(rng, IMPACTS)
@@ -155,13 +160,17 @@ class Plate:
         self.data = self.engine.MjData(self.model)
 
     def soften(self, softness: Contact) -> None:
-        """Set the contact and the time step; an impedance near 1 makes the contact exact."""
+        """Set the contact and the time step; an impedance near 1 makes the contact
+        exact.
+        """
         self.model.geom_solref[:] = -softness.stiffness, -softness.damping
         self.model.geom_solimp[:] = 0.9999, 0.9999, 0.001, 0.5, 2.0
         self.model.opt.timestep = softness.step
 
     def release(self, turn: Array, height: float, speed: float) -> Array:
-        """Put the part at a height, falling without turning; return the vertices' heights."""
+        """Put the part at a height, falling without turning; return the vertices'
+        heights.
+        """
         self.engine.mj_resetData(self.model, self.data)
         self.data.qpos[:] = 0.0, 0.0, height, *turn
         self.data.qvel[2] = -speed
@@ -177,7 +186,8 @@ class Plate:
     def first_impact(self, turn: Array, phase: float) -> tuple[float, float]:
         """Greatest depth and restitution at the end of a fall from 20 radii.
 
-        The fall itself is exact; `phase` (0 to 1) is the place of the impact in its time step.
+        The fall itself is exact; `phase` (0 to 1) is the place of the impact in its
+        time step.
         """
         heights = self.release(turn, 0.0, 0.0)
         vertex = int(np.argmin(heights))
@@ -198,9 +208,9 @@ class Plate:
     def drop(self, turn: Array) -> tuple[float, int]:
         """Drop until the energy is too low for a way out of the pose; seconds and pose.
 
-        While
-        vertices are pressed in, the energy in up to three springs counts. A spin about the
-        vertical does not: it should be zero, but grows with MuJoCo's errors and never ends.
+        While vertices are pressed in, the energy in up to three springs counts. A spin
+        about the vertical does not: it should be zero, but grows with MuJoCo's errors
+        and never ends.
         """
         seconds = 0.0
         chunks = 0

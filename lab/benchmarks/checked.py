@@ -1,4 +1,5 @@
-"""The checked estimate, `auto` without a target, on parts that rock, which no fit has seen.
+"""The checked estimate, `auto` without a target, on parts that rock, which no fit has
+seen.
 
 .venv/bin/python -m lab.benchmarks.checked [--quick] [--write]
 """
@@ -52,12 +53,13 @@ KEPT = 0.9
 TRUE = 1.2
 
 ABOUT = (
-    "Root mean square errors over the poses in points, against {} to {} other drops with their "
-    "noise taken off, of {} bodies a family at restitution 0.2, 0.5 and 0.8. `split`, `told`: "
-    "that estimate alone, and what it expects. `drops`: those of the checked estimate by "
-    "themselves. `checked`, `its told`: `auto(part)` and what it expects. `largest`: share of "
-    "the cases in which every pose is within `largest_error`, widened by the reference's noise, "
-    "in %; `5/3/2`: in which `auto` keeps a target of so many points. Not times."
+    "Root mean square errors over the poses in points, against {} to {} other drops "
+    "with their noise taken off, of {} bodies a family at restitution 0.2, 0.5 and "
+    "0.8. `split`, `told`: that estimate alone, and what it expects. `drops`: those of "
+    "the checked estimate by themselves. `checked`, `its told`: `auto(part)` and what "
+    "it expects. `largest`: share of the cases in which every pose is within "
+    "`largest_error`, widened by the reference's noise, in %; `5/3/2`: in which `auto` "
+    "keeps a target of so many points. Not times."
 )
 
 

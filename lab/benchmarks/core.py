@@ -81,7 +81,9 @@ def sections(plan: Plan) -> Iterator[Section]:
 
 
 def warm_up(body: Body) -> None:
-    """Compile or load every kernel, and what scipy and trimesh load on their first call."""
+    """Compile or load every kernel, and what scipy and trimesh load on their first
+    call.
+    """
     for tolerance in TOLERANCES:
         answers(body, tolerance)
     all_estimators([body], Pace(1, 1.0))

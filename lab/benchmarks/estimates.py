@@ -1,4 +1,6 @@
-"""Times of all estimates from the mesh arrays, and of estimates of paper-size polyhedra."""
+"""Times of all estimates from the mesh arrays, and of estimates of paper-size
+polyhedra.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,9 @@ from ros_pose_stats.core.resting.convex_body import body_of
 
 TOLERANCES = (0.0, DEFAULT_CLUSTER_TOLERANCE)
 HULLS_FROM = 2000
-"""Vertices from which on times are compared with scipy's hull; below, fixed costs dominate."""
+"""Vertices from which on times are compared with scipy's hull; below, fixed costs
+dominate.
+"""
 FEW_POSES = 20
 MOST_HULLS = 5.0
 NEAR_SPHERE_SECONDS = 1.0
@@ -35,11 +39,12 @@ TIMED = (
     "`all`: `part_from_mesh` (checks, welding, winding, mass properties, hull) and "
     "`estimate_all` on a new part each time, so nothing is remembered. `hull`: "
     "`scipy.spatial.ConvexHull` of the same vertices and nothing else. `trimesh`: "
-    "`trimesh.poses.compute_stable_poses(mesh, n_samples=1)` on a new `Trimesh` of the same "
-    "arrays, whose construction is not timed. `stable` counts stable faces, `poses` what they "
-    "merge into at the row's cluster tolerance. Ratios are medians of the ratios round by round; "
-    "a contender stops after some seconds, so trimesh has one round on the largest sphere. The "
-    "garbage collector is off but for trimesh, whose copies would fill the memory."
+    "`trimesh.poses.compute_stable_poses(mesh, n_samples=1)` on a new `Trimesh` of the "
+    "same arrays, whose construction is not timed. `stable` counts stable faces, "
+    "`poses` what they merge into at the row's cluster tolerance. Ratios are medians "
+    "of the ratios round by round; a contender stops after some seconds, so trimesh "
+    "has one round on the largest sphere. The garbage collector is off but for "
+    "trimesh, whose copies would fill the memory."
 )
 
 
@@ -49,7 +54,9 @@ def all_estimators(
     name: str = "all_estimators",
     title: str = "All estimators from the mesh",
 ) -> Section:
-    """Table with rows for each body at both cluster tolerances, with trimesh as the target."""
+    """Table with rows for each body at both cluster tolerances, with trimesh as the
+    target.
+    """
     rows = [row for body in bodies for row in _rows(body, pace)]
     return Section(name, title, TIMED, tuple(rows))
 
@@ -126,14 +133,14 @@ SPLIT_MILLISECONDS = 1.0
 TOLERANCE = 0.0
 
 PAPER_TIMED = (
-    "`splits`: the kernel `split_probabilities` alone, on the arrays of body and merge tree. "
-    "`equilibria`: the kernel `find_equilibria` that makes the tree. `estimate`: "
-    "`estimate(part, 'meae')` with the convex body known and nothing else, so equilibria, "
-    "poses, symmetry groups, splits and records are all in it. `again`: the same with "
-    "the poses known too and only the split probabilities forgotten. `split`: "
-    "`estimate(part, 'split')` with the convex body known and nothing else. All of them tell "
-    "their expected errors, for which EAE, MEAE and QSE are compared. `hull`: "
-    "`scipy.spatial.ConvexHull`, for scale. Cluster tolerance 0."
+    "`splits`: the kernel `split_probabilities` alone, on the arrays of body and merge "
+    "tree. `equilibria`: the kernel `find_equilibria` that makes the tree. `estimate`: "
+    "`estimate(part, 'meae')` with the convex body known and nothing else, so "
+    "equilibria, poses, symmetry groups, splits and records are all in it. `again`: "
+    "the same with the poses known too and only the split probabilities forgotten. "
+    "`split`: `estimate(part, 'split')` with the convex body known and nothing else. "
+    "All of them tell their expected errors, for which EAE, MEAE and QSE are compared. "
+    "`hull`: `scipy.spatial.ConvexHull`, for scale. Cluster tolerance 0."
 )
 
 

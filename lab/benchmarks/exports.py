@@ -1,4 +1,6 @@
-"""One part exported with 16 to 2048 sides a turn: poses, estimates and drops beside each other."""
+"""One part exported with 16 to 2048 sides a turn: poses, estimates and drops beside
+each other.
+"""
 
 from __future__ import annotations
 
@@ -40,10 +42,14 @@ METHODS = ("split", "meae")
 ESTIMATED = 0.5
 DROPPED = 1.5
 LEAST_CHANCE = 0.001
-"""Aims: points between estimates, points between drops beyond noise, chi-square probability."""
+"""Aims: points between estimates, points between drops beyond noise, chi-square
+probability.
+"""
 
 SAME_KIND = 0.02
-"""Distance in height (over the radius) and in the vertical of `down` between like poses."""
+"""Distance in height (over the radius) and in the vertical of `down` between like
+poses.
+"""
 
 
 @dataclass(frozen=True)
@@ -91,24 +97,27 @@ PUBLISHED = (
     ("thick coin h/d 0.577", 0.577, "59.0"),
     ("cylinder h/d 1", 1.0, "24 and 38"),
 )
-"""Name, height over diameter, and the share of both ends in per cent that throwers counted."""
+"""Name, height over diameter, and the share of both ends in per cent that throwers
+counted.
+"""
 
 COMPARED = (
-    "Each body is exported with {sides} sides a turn (fillets up to 128), as float32 and begun "
-    "at a random angle, and taken at default settings. `poses`: the lists, of all exports. "
-    "`split`, `meae`: the largest difference between two exports in the probability of one kind "
-    "of pose, in points (poses that are alike by height and tilt are one kind). Then {drops} "
-    "drops of each export at restitution 0.5: `drops`, the largest such difference between them; "
-    "`noise`, the largest that chance alone would give on the average; `beyond`, the standard "
-    "deviation among the exports of the worst kind, less that of chance; `p`, the probability of "
+    "Each body is exported with {sides} sides a turn (fillets up to 128), as float32 "
+    "and begun at a random angle, and taken at default settings. `poses`: the lists, "
+    "of all exports. `split`, `meae`: the largest difference between two exports in "
+    "the probability of one kind of pose, in points (poses that are alike by height "
+    "and tilt are one kind). Then {drops} drops of each export at restitution 0.5: "
+    "`drops`, the largest such difference between them; `noise`, the largest that "
+    "chance alone would give on the average; `beyond`, the standard deviation among "
+    "the exports of the worst kind, less that of chance; `p`, the probability of "
     "chi-square that all have the same probabilities."
 )
 
 THROWN = (
-    "Both ends together in {drops} drops at default settings (restitution 0.5, released at rest "
-    "from 20 radii, 192 sides a turn), with the standard error of the counts, beside what was "
-    "counted in throws. Published for a height equal to the diameter are 38 % for thick and 24 % "
-    "for thin glass."
+    "Both ends together in {drops} drops at default settings (restitution 0.5, "
+    "released at rest from 20 radii, 192 sides a turn), with the standard error of the "
+    "counts, beside what was counted in throws. Published for a height equal to the "
+    "diameter are 38 % for thick and 24 % for thin glass."
 )
 
 
@@ -195,7 +204,9 @@ def _seen(answer: PoseStatistics) -> Array:
 
 
 def _kind_of(kinds: Array, answer: PoseStatistics) -> NDArray[np.int64]:
-    """Kind (P,) of each pose; one more than there are for a pose that is none of them."""
+    """Kind (P,) of each pose; one more than there are for a pose that is none of
+    them.
+    """
     gap = np.abs(_seen(answer)[:, None] - kinds).max(axis=2)
     return np.where(gap.min(axis=1) <= SAME_KIND, gap.argmin(axis=1), len(kinds))
 

@@ -1,7 +1,7 @@
 """The fill of a plate, simulated: `python -m lab.benchmarks.feeding [--write]`.
 
-Six parts on three plates: how many of the parts on the plate can be picked, as told and with
-true outlines thrown on the plate.
+Six parts on three plates: how many of the parts on the plate can be picked, as told and
+with true outlines thrown on the plate.
 """
 
 from __future__ import annotations
@@ -39,11 +39,12 @@ LIMIT = 5.0
 """Percent that told numbers may be off."""
 
 MEASURED = (
-    "A part on a plate with sides and clearance in part radii, its two likeliest poses wanted. "
-    "`best`: the number of parts that leaves most of them free to pick; `free`: how many those "
-    "are, as told; `thrown`: the mean over plates full of true outlines, bays and holes included, "
-    "thrown anywhere and turned anyhow, by the poses' shares; `off, %`: told over thrown, less "
-    "one; `error, %`: its standard error."
+    "A part on a plate with sides and clearance in part radii, its two likeliest poses "
+    "wanted. `best`: the number of parts that leaves most of them free to pick; "
+    "`free`: how many those are, as told; `thrown`: the mean over plates full of true "
+    "outlines, bays and holes included, thrown anywhere and turned anyhow, by the "
+    "poses' shares; `off, %`: told over thrown, less one; `error, %`: its standard "
+    "error."
 )
 
 
@@ -76,7 +77,9 @@ class Plate:
     def free(
         self, pose: NDArray[np.int64], is_wanted: Flags, random: Generator
     ) -> Flags:
-        """Throw parts (N,) that come to rest in these poses; which of those wanted are free."""
+        """Throw parts (N,) that come to rest in these poses; which of those wanted are
+        free.
+        """
         positions = random.uniform(size=(len(pose), 2)) * self.size
         turn = random.uniform(0.0, 360.0, len(pose))
         reach = self.reach[pose]

@@ -1,4 +1,5 @@
-"""Drops and estimates of files of one's own: `python -m lab.benchmarks.real_files FOLDER ...`.
+"""Drops and estimates of files of one's own: `python -m lab.benchmarks.real_files
+FOLDER ...`.
 
 The page names no files, only how many there are and what tells the slow ones apart.
 """
@@ -35,15 +36,18 @@ MEDIAN = 15_000.0
 TENTH = 4_000.0
 LEAST = 1_000.0
 MILLISECONDS = 10.0
-"""Aims: drops a second, and milliseconds that nine of ten estimates are to stay below."""
+"""Aims: drops a second, and milliseconds that nine of ten estimates are to stay
+below.
+"""
 
 MEASURED = (
-    "`drops/s`: drops in a second of processor time of one core, at restitution 0.5 and default "
-    "settings, the poses known, over about a second. `estimate, ms`: processor time of "
-    "`estimate(part, 'split')` on a part made from the loaded arrays, nothing remembered, so that "
-    "convex body, round surfaces, poses and symmetries are in it; median of five. Kernels were "
-    "compiled before. `events`: impacts and steps of a drop, on the average. `corners`, `poses`: "
-    "of the convex body that is dropped."
+    "`drops/s`: drops in a second of processor time of one core, at restitution 0.5 "
+    "and default settings, the poses known, over about a second. `estimate, ms`: "
+    "processor time of `estimate(part, 'split')` on a part made from the loaded "
+    "arrays, nothing remembered, so that convex body, round surfaces, poses and "
+    "symmetries are in it; median of five. Kernels were compiled before. `events`: "
+    "impacts and steps of a drop, on the average. `corners`, `poses`: of the convex "
+    "body that is dropped."
 )
 
 

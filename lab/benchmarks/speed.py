@@ -1,7 +1,8 @@
-"""The page for users: the time that a part takes, by size, from stored results of benchmarks.
+"""The page for users: the time that a part takes, by size, from stored results of
+benchmarks.
 
-`python -m lab.benchmarks.speed` writes docs/measured/speed.md anew without measuring anything.
-Every benchmark that stores its results writes the page too.
+`python -m lab.benchmarks.speed` writes docs/measured/speed.md anew without measuring
+anything. Every benchmark that stores its results writes the page too.
 """
 
 from __future__ import annotations
@@ -236,8 +237,8 @@ def _machines(runs: dict[str, Results]) -> Iterable[str]:
     for name, run in runs.items():
         machine = run.machine
         yield (
-            f"- `numbers/{name}.json`: {machine['processor']}, {machine['cores']} cores, "
-            f"Python {machine['python']}, {machine['date']}"
+            f"- `numbers/{name}.json`: {machine['processor']}, {machine['cores']} "
+            f"cores, Python {machine['python']}, {machine['date']}"
         )
 
 

@@ -23,7 +23,9 @@ FIRST = 1.5
 LIMIT = 1.2
 AIM = 0.8
 DROPS = 1.2
-"""Limits in seconds: the first command after set-up, a warm one, its aim, one with 1000 drops."""
+"""Limits in seconds: the first command after set-up, a warm one, its aim, one with 1000
+drops.
+"""
 COMPILE_CPU = 60.0
 COMPILE_WALL = 35.0
 
@@ -33,18 +35,19 @@ LIBRARIES = "numpy, scipy.spatial, numba"
 MOST_PACKAGES = 8
 
 WALL = (
-    "Wall time of whole processes in turn, from start to exit, files in the page cache and "
-    "byte code compiled. `first` comes right after `compile`, once; the others take turns."
+    "Wall time of whole processes in turn, from start to exit, files in the page cache "
+    "and byte code compiled. `first` comes right after `compile`, once; the others "
+    "take turns."
 )
 COMPILING = (
-    "`ros_pose_stats compile` with an empty cache, as `make setup` runs it: every kernel, on all "
-    "cores. CPU: of all its processes. Once."
+    "`ros_pose_stats compile` with an empty cache, as `make setup` runs it: every "
+    "kernel, on all cores. CPU: of all its processes. Once."
 )
 IMPORTS = (
-    "`python -X importtime` of the same command, warm: time spent in the modules of each "
-    "package themselves, and the share of the process's wall time in that run. The trace itself "
-    "costs some percent. All but imports: the interpreter's start and end, reading machine code, "
-    "and the estimate."
+    "`python -X importtime` of the same command, warm: time spent in the modules of "
+    "each package themselves, and the share of the process's wall time in that run. "
+    "The trace itself costs some percent. All but imports: the interpreter's start and "
+    "end, reading machine code, and the estimate."
 )
 
 

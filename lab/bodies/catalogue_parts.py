@@ -1,7 +1,8 @@
 """Random parts as designers send them: machined, turned, drilled, toothed.
 
-Each kind draws its proportions from a generator of random numbers. Lengths are in millimetres,
-the surface is closed and outward, circles are cut into 24 to 128 sides as files have them.
+Each kind draws its proportions from a generator of random numbers. Lengths are in
+millimetres, the surface is closed and outward, circles are cut into 24 to 128 sides as
+files have them.
 """
 
 from __future__ import annotations

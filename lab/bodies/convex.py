@@ -27,7 +27,9 @@ def prisms(draw: Generator) -> list[Solid]:
 
 
 def plates(draw: Generator) -> list[Solid]:
-    """Convex outlines of 3 to 8 corners, 0.04 to 0.5 thick, some with bevelled edges."""
+    """Convex outlines of 3 to 8 corners, 0.04 to 0.5 thick, some with bevelled
+    edges.
+    """
     corners = int(draw.integers(3, 9))
     turn = (np.arange(corners) + draw.uniform(-0.35, 0.35, corners)) * (
         2 * math.pi / corners
@@ -88,8 +90,8 @@ def cornered(draw: Generator) -> list[Solid]:
 def weighted(draw: Generator) -> list[Solid]:
     """A prism, plate, turned part or hull of points, with one to three weights inside.
 
-    Parts of one shape may be hollow or solid inside, so centre of mass and inertia differ from
-    those of the hull.
+    Parts of one shape may be hollow or solid inside, so centre of mass and inertia
+    differ from those of the hull.
     """
     makers = (prisms, plates, rounds, cornered)
     (shell,) = makers[int(draw.integers(len(makers)))](draw)

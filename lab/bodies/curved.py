@@ -18,7 +18,9 @@ FEW = (1.0, 0.7, 0.5)
 """Semi-axes of an ellipsoid on which few facets are stable."""
 
 NEAR_SPHERE = (1.0, 0.96, 0.92)
-"""Semi-axes of a near-sphere: about 700 of its facets are stable at 4 000 random vertices."""
+"""Semi-axes of a near-sphere: about 700 of its facets are stable at 4 000 random
+vertices.
+"""
 
 ROUNDED_AXES = np.array((1.0, 0.8, 0.6))
 _CUTS = np.array(
@@ -36,7 +38,9 @@ class Body(NamedTuple):
 
 
 def random_polyhedron(vertices: int, seed: int) -> Body:
-    """Hull of normally distributed points, the first from the seed on with that many vertices."""
+    """Hull of normally distributed points, the first from the seed on with that many
+    vertices.
+    """
     for trial in count(1000 * seed):
         points = np.random.default_rng(trial).standard_normal(
             (vertices * vertices // 6, 3)
@@ -70,7 +74,9 @@ def sphere(vertices: int, seed: int = 1) -> Body:
 
 
 def near_sphere(vertices: int, seed: int = 3) -> Body:
-    """Random points on an ellipsoid close to a sphere: many stable facets, unevenly spread."""
+    """Random points on an ellipsoid close to a sphere: many stable facets, unevenly
+    spread.
+    """
     points = shapes.ellipsoid_points(vertices, seed, NEAR_SPHERE)
     return Body("near-sphere", *shapes.hull_mesh(points))
 
@@ -83,8 +89,9 @@ def demo_parts() -> list[Body]:
 def rounded_box(fineness: int) -> Body:
     """Ellipsoid cut by six planes that meet: six flat faces and eight rounded corners.
 
-    The ellipsoid has its equilibria where the planes cut it away, so the six flats are the
-    only stable faces however fine the corners are. There are 4 (f + 1) (f + 2) vertices.
+    The ellipsoid has its equilibria where the planes cut it away, so the six flats are
+    the only stable faces however fine the corners are. There are 4 (f + 1) (f + 2)
+    vertices.
     """
     corners = [_corner(np.array(side), fineness) for side in product((0, 1), repeat=3)]
     return Body("rounded box", *shapes.hull_mesh(np.vstack(corners) * ROUNDED_AXES))
@@ -93,8 +100,8 @@ def rounded_box(fineness: int) -> Body:
 def _corner(side: NDArray[np.int64], fineness: int) -> NDArray[np.float64]:
     """Triangular grid on one corner of the cut unit sphere.
 
-    In squared coordinates the sphere is the plane X + Y + Z = 1 and each cut is X = const,
-    so the corner is a flat triangle there and its rims come out exactly planar.
+    In squared coordinates the sphere is the plane X + Y + Z = 1 and each cut is X =
+    const, so the corner is a flat triangle there and its rims come out exactly planar.
     """
     cut = _CUTS[side, np.arange(3)] ** 2
     i, j = np.meshgrid(np.arange(fineness + 1), np.arange(fineness + 1), indexing="ij")
@@ -112,8 +119,8 @@ def _corner(side: NDArray[np.int64], fineness: int) -> NDArray[np.float64]:
 def flattened_ellipsoid(vertices: int) -> Body:
     """Ellipsoid with six separate flats around its axes, most of it still curved.
 
-    Six stable faces from 200 vertices on; the curved points are a Fibonacci lattice. The
-    number of vertices is met to about a tenth, closer for many.
+    Six stable faces from 200 vertices on; the curved points are a Fibonacci lattice.
+    The number of vertices is met to about a tenth, closer for many.
     """
     rims = np.vstack(
         [

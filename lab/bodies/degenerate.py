@@ -1,4 +1,5 @@
-"""Convex bodies, from harmless to as degenerate as a mesh can be, and the same body changed.
+"""Convex bodies, from harmless to as degenerate as a mesh can be, and the same body
+changed.
 
 Each maker takes a random generator and gives vertices and triangles.
 """
@@ -86,7 +87,9 @@ def stretched(random: Random) -> Surface:
 
 
 def needle(random: Random) -> Surface:
-    """A slender box or prism, across down to 1e-8 of its length; corners moved by a part of it."""
+    """A slender box or prism, across down to 1e-8 of its length; corners moved by a
+    part of it.
+    """
     widths = 10.0 ** random.uniform(-8.0, -1.0, 2)
     vertices, triangles = (
         shapes.box(1.0, *widths)
@@ -148,7 +151,9 @@ def grid(random: Random) -> Surface:
 
 
 def rings(random: Random) -> Surface:
-    """Rings of cocircular points, some bunched: fans of slivers, narrow bands, short edges."""
+    """Rings of cocircular points, some bunched: fans of slivers, narrow bands, short
+    edges.
+    """
     levels = []
     for height in np.sort(random.uniform(-1.0, 1.0, int(random.integers(2, 4)))):
         angles = random.uniform(0.0, 2.0 * np.pi, int(random.integers(3, 40)))

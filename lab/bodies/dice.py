@@ -39,7 +39,9 @@ class Die(NamedTuple):
 
     @property
     def rolls_on_sides(self) -> int:
-        """Rolls that ended on a side: the whole number that the published frequency rounds."""
+        """Rolls that ended on a side: the whole number that the published frequency
+        rounds.
+        """
         return self.rolls - round(self.on_squares * self.rolls)
 
 
@@ -63,7 +65,9 @@ DICE = (
 """The dice by rising ratio; the source is `SOURCE`."""
 
 WIDTH = 0.01
-"""Side of the square, metres. No result depends on it: drops start at a multiple of the radius."""
+"""Side of the square, metres. No result depends on it: drops start at a multiple of the
+radius.
+"""
 
 SQUARE_FACE = 0.9
 """A pose with a larger |down_z| lies on a square face; sides have 0, square faces 1."""

@@ -1,4 +1,5 @@
-"""Parts as CAD programs export them: circles as polygons of any number of sides, in float32.
+"""Parts as CAD programs export them: circles as polygons of any number of sides, in
+float32.
 
 A surface is a pair of vertices (V, 3) and outward triangles (T, 3).
 """
@@ -121,7 +122,9 @@ def screw(sides, start=0.0):
 
 
 def d_shaft(sides, start=0.0):
-    """Round but for a flat that takes 60 degrees; the arc begins and ends at the flat."""
+    """Round but for a flat that takes 60 degrees; the arc begins and ends at the
+    flat.
+    """
     angles = np.radians(
         30.0 + 300.0 * np.arange(round(sides * 5 / 6) + 1) / round(sides * 5 / 6)
     )

@@ -32,8 +32,8 @@ def surface(body):
 def gear(division=1):
     """A spur gear with a hub and a bore, axis z, its teeth in 0 <= z <= FACE.
 
-    The first tooth is at a quarter of a pitch. Some 30 000 triangles times the square of the
-    division.
+    The first tooth is at a quarter of a pitch. Some 30 000 triangles times the square
+    of the division.
     """
     steps = 40 * division
     angles = 2.0 * np.pi * np.arange(TEETH * steps) / (TEETH * steps)

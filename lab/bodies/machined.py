@@ -1,7 +1,8 @@
-"""Random parts as they are machined: brackets, shafts, bolts, bossed and drilled plates.
+"""Random parts as they are machined: brackets, shafts, bolts, bossed and drilled
+plates.
 
-Every function draws one body from a generator of random numbers. Lengths are in units of
-the part; only their ratios matter.
+Every function draws one body from a generator of random numbers. Lengths are in units
+of the part; only their ratios matter.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""Random parts as they are milled, stamped or moulded: outlines and edges with rounded corners.
+"""Random parts as they are milled, stamped or moulded: outlines and edges with rounded
+corners.
 
-Lengths are in units of the part; only their ratios matter. Their arcs are those of the file, not
-of whole circles, so that poses on them are the facets of an arc.
+Lengths are in units of the part; only their ratios matter. Their arcs are those of the
+file, not of whole circles, so that poses on them are the facets of an arc.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ LARGEST_ARC = 0.45
 
 
 def milled(draw: Generator) -> list[Solid]:
-    """One of the kinds of this module: plain and crossed outlines, and boxes with round edges."""
+    """One of the kinds of this module: plain and crossed outlines, and boxes with round
+    edges.
+    """
     kinds = (_plate, _plate, _crossed, _rounded_box)
     solid = kinds[int(draw.integers(len(kinds)))](draw)
     corners, triangles = surface_of(solid)
@@ -84,7 +87,9 @@ def _rounded_box(draw: Generator) -> Manifold:
 
 
 def _outline(draw: Generator) -> Outline:
-    """Three to nine corners around the middle, most of them rounded; some re-entrant."""
+    """Three to nine corners around the middle, most of them rounded; some
+    re-entrant.
+    """
     corners = int(draw.integers(3, 10))
     turn = (np.arange(corners) + draw.uniform(-0.35, 0.35, corners)) * (
         2 * math.pi / corners

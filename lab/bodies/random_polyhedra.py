@@ -1,9 +1,10 @@
-"""The paper's random polyhedra (section 3.A), with the shift of the centre of mass as a parameter.
+"""The paper's random polyhedra (section 3.A), with the shift of the centre of mass as a
+parameter.
 
-This module is imported by itself: unlike other shapes it needs parts and their poses, since bodies
-without two stable poses are drawn anew. Random words come straight from Philox, whose stream numpy
-keeps; its distributions are not promised to stay, and the C library's logarithm rounds differently
-on other processors.
+This module is imported by itself: unlike other shapes it needs parts and their poses,
+since bodies without two stable poses are drawn anew. Random words come straight from
+Philox, whose stream numpy keeps; its distributions are not promised to stay, and the C
+library's logarithm rounds differently on other processors.
 """
 
 from __future__ import annotations
@@ -36,7 +37,9 @@ _LN2_LOW = 1.9082149292705877e-10
 
 
 def uniforms(seed: int, number: int, attempt: int) -> Iterator[float]:
-    """Yield numbers of 53 bits in [0, 1), different ones for each seed, number and attempt."""
+    """Yield numbers of 53 bits in [0, 1), different ones for each seed, number and
+    attempt.
+    """
     bits = np.random.Philox(
         counter=np.array((0, attempt, number, 0), dtype=np.uint64),
         key=np.array((seed, _STREAM), dtype=np.uint64),
@@ -54,9 +57,11 @@ def normals(numbers: Iterator[float], count: int) -> NDArray[np.float64]:
 
 
 def logarithms(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Natural logarithms (n,) of normal numbers (n,) above 0 (DLMF 4.6.4), alike everywhere.
+    """Natural logarithms (n,) of normal numbers (n,) above 0 (DLMF 4.6.4), alike
+    everywhere.
 
-    As in `kernels.elementary` there are only additions, multiplications and divisions in them.
+    As in `kernels.elementary` there are only additions, multiplications and divisions
+    in them.
     """
     m, n = np.frexp(values)
     small = m <= 0.5 * 1.4142135623730951
@@ -71,7 +76,9 @@ def logarithms(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def failures(numbers: Iterator[float], chance: float) -> int:
-    """Draw the number of failures before the first success of this chance (geometric)."""
+    """Draw the number of failures before the first success of this chance
+    (geometric).
+    """
     chance_left = 1.0 - next(numbers)
     count = 0
     threshold = 1.0 - chance
@@ -114,7 +121,9 @@ class RandomPolyhedron:
     redraws: int
 
     def part(self) -> Part:
-        """Make a part, a unit being a metre, with the central inertia of the homogeneous body."""
+        """Make a part, a unit being a metre, with the central inertia of the
+        homogeneous body.
+        """
         return part_from_mesh(
             self.vertices, self.triangles, center_of_mass=self.center_of_mass
         )
@@ -125,10 +134,11 @@ def random_polyhedron(
 ) -> RandomPolyhedron:
     """One body of an endless series.
 
-    It is the homogeneous, scaled hull of 4 + xi points with normally distributed coordinates, xi
-    being geometric with parameter 0.1. Its centre of mass is moved along each principal axis by a
-    number drawn from (-shift q_i, shift q_i). If it then lies outside the hull, or one face alone
-    is stable, everything is drawn anew, the points too.
+    It is the homogeneous, scaled hull of 4 + xi points with normally distributed
+    coordinates, xi being geometric with parameter 0.1. Its centre of mass is moved
+    along each principal axis by a number drawn from (-shift q_i, shift q_i). If it then
+    lies outside the hull, or one face alone is stable, everything is drawn anew, the
+    points too.
 
     Parameters
     ----------
@@ -206,7 +216,9 @@ def _draw_body(
 def _shift_center(
     inertia: Array, moves: Array, shift: float, shift_moment: str
 ) -> Array:
-    """The moved centre of mass (3,) from the inertia over the mass and moves in (-1, 1)."""
+    """The moved centre of mass (3,) from the inertia over the mass and moves in (-1,
+    1).
+    """
     moments, axes = principal_axes(inertia)
     if shift_moment == "second":
         moments = 0.5 * moments.sum() - moments

@@ -1,7 +1,8 @@
-"""Parts that rock: curves that are no full turn, beside flats. No estimator was fitted to them.
+"""Parts that rock: curves that are no full turn, beside flats. No estimator was fitted
+to them.
 
-A part that rocks on a curve keeps its energy, and a flat takes it in one blow; how often it stays
-there is what estimators know least about.
+A part that rocks on a curve keeps its energy, and a flat takes it in one blow; how
+often it stays there is what estimators know least about.
 """
 
 import math
@@ -17,7 +18,9 @@ Array = NDArray[np.float64]
 
 
 def _arc(draw: Generator, begin: float, end: float) -> Array:
-    """Points (k, 2) on the unit circle between two angles, as files cut it: 48 to 200 a turn."""
+    """Points (k, 2) on the unit circle between two angles, as files cut it: 48 to 200 a
+    turn.
+    """
     sides = math.exp(draw.uniform(math.log(48), math.log(200)))
     turn = np.linspace(
         begin, end, max(3, math.ceil(sides * (end - begin) / (2.0 * math.pi))) + 1
@@ -28,7 +31,9 @@ def _arc(draw: Generator, begin: float, end: float) -> Array:
 def _drawn(
     outline: Array, draw: Generator, shortest: float = 0.3, longest: float = 4.0
 ) -> list[Solid]:
-    """An outline along an axis, between so many and so many times as long as its radius."""
+    """An outline along an axis, between so many and so many times as long as its
+    radius.
+    """
     length = math.exp(draw.uniform(math.log(shortest), math.log(longest)))
     return [extruded(outline, 0.0, length)]
 

@@ -29,7 +29,9 @@ def clamp_hull():
 
 
 def oblique_prism(shift, length):
-    """Prism over the square [-1, 1]² at z = 0; the top at z = length is shifted along x."""
+    """Prism over the square [-1, 1]² at z = 0; the top at z = length is shifted along
+    x.
+    """
     square = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
     lower = np.column_stack((square, np.zeros(4)))
     upper = lower + np.array((shift, 0.0, length))

@@ -1,10 +1,12 @@
-"""Exact convex bodies for tests, benchmarks and studies, and random points to make hulls of.
+"""Exact convex bodies for tests, benchmarks and studies, and random points to make
+hulls of.
 
-Each body is a pair (vertices, triangles): (V, 3) float64 in the unit of its arguments and
-(T, 3) int64, counter-clockwise seen from outside. All are centred on the origin, and their
-coordinates are as symmetric as floating point allows: a reflection or quarter turn that the
-body has maps its vertices onto each other bit for bit. The face normals of a regular solid are the
-corners of its dual, so that four sets of points make all five solids.
+Each body is a pair (vertices, triangles): (V, 3) float64 in the unit of its arguments
+and (T, 3) int64, counter-clockwise seen from outside. All are centred on the origin,
+and their coordinates are as symmetric as floating point allows: a reflection or quarter
+turn that the body has maps its vertices onto each other bit for bit. The face normals
+of a regular solid are the corners of its dual, so that four sets of points make all
+five solids.
 """
 
 from itertools import pairwise
@@ -48,7 +50,9 @@ def dodecahedron_corners() -> Array:
 
 
 def polytope(vertices: Array, normals: Array) -> Surface:
-    """Fan-triangulated regular solid from its corners and outward face normals (any length)."""
+    """Fan-triangulated regular solid from its corners and outward face normals (any
+    length).
+    """
     triangles = [fan for normal in normals for fan in _face_fan(vertices, normal)]
     return vertices, np.array(triangles, dtype=np.int64)
 
@@ -76,12 +80,16 @@ def box(x: float, y: float, z: float) -> Surface:
 
 
 def cylinder(sides: int, radius: float, length: float) -> Surface:
-    """Cylinder along z, tessellated as a regular prism whose corners lie on the circle."""
+    """Cylinder along z, tessellated as a regular prism whose corners lie on the
+    circle.
+    """
     return prism(sides, radius, length)
 
 
 def tetrahedron() -> Surface:
-    """Regular tetrahedron on four corners of the cube [-1, 1]³: edge 2√2, volume 8/3."""
+    """Regular tetrahedron on four corners of the cube [-1, 1]³: edge 2√2, volume
+    8/3.
+    """
     corners = cube_corners()
     corners = corners[np.prod(corners, axis=1) > 0.0]
     return polytope(corners, -corners)
@@ -103,7 +111,9 @@ def dodecahedron() -> Surface:
 
 
 def hull_mesh(points: Array) -> Surface:
-    """Points on the convex hull of points (N, 3), in the order given, and outward triangles."""
+    """Points on the convex hull of points (N, 3), in the order given, and outward
+    triangles.
+    """
     points = np.asarray(points, dtype=np.float64)
     hull = ConvexHull(points)
     used, triangles = np.unique(hull.simplices, return_inverse=True)
@@ -122,5 +132,7 @@ def sphere_points(n: int, seed: int) -> Array:
 
 
 def ellipsoid_points(n: int, seed: int, semi_axes: tuple[float, float, float]) -> Array:
-    """`sphere_points` stretched by the semi-axes, hence denser per area at the long ends."""
+    """`sphere_points` stretched by the semi-axes, hence denser per area at the long
+    ends.
+    """
     return sphere_points(n, seed) * np.asarray(semi_axes, dtype=np.float64)

@@ -18,7 +18,9 @@ Array = NDArray[np.float64]
 
 
 def bars(draw: Generator) -> list[Solid]:
-    """Bars 3 to 20 times as long as wide: polygons, rectangles, rods, tubes, L and U profiles."""
+    """Bars 3 to 20 times as long as wide: polygons, rectangles, rods, tubes, L and U
+    profiles.
+    """
     length = math.exp(draw.uniform(math.log(3.0), math.log(20.0)))
     kind = draw.random()
     if kind < 0.25:
@@ -53,7 +55,9 @@ def bars(draw: Generator) -> list[Solid]:
 
 
 def sheets(draw: Generator) -> list[Solid]:
-    """Thin plates, 0.01 to 0.06 of their width: flat, bevelled, drilled off centre, or bent."""
+    """Thin plates, 0.01 to 0.06 of their width: flat, bevelled, drilled off centre, or
+    bent.
+    """
     thick = 2.0 * math.exp(draw.uniform(math.log(0.01), math.log(0.06)))
     width = float(draw.uniform(0.4, 1.0))
     kind = draw.random()
@@ -87,7 +91,9 @@ def sheets(draw: Generator) -> list[Solid]:
 
 
 def near_cubes(draw: Generator) -> list[Solid]:
-    """Boxes whose sides differ by up to 15 per cent; some are chamfered, some have a weight."""
+    """Boxes whose sides differ by up to 15 per cent; some are chamfered, some have a
+    weight.
+    """
     half = np.exp(draw.uniform(0.01, 0.15) * draw.uniform(-1.0, 1.0, 3))
     if draw.random() < 0.4:
         half[1] = half[0]

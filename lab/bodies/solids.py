@@ -18,7 +18,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A solid of density 1 (-1 for a hole), convex where it has no triangles of its own.
+    """A solid of density 1 (-1 for a hole), convex where it has no triangles of its
+    own.
 
     Attributes
     ----------
@@ -44,7 +45,9 @@ class Solid:
 
 
 def extruded(outline: Array, low: float, high: float, axis: int = 2) -> Solid:
-    """A convex outline (k, 2) drawn along an axis; its plane keeps the order of the others."""
+    """A convex outline (k, 2) drawn along an axis; its plane keeps the order of the
+    others.
+    """
     layers = [np.insert(outline, axis, level, axis=1) for level in (low, high)]
     return Solid(np.concatenate(layers))
 
@@ -57,7 +60,9 @@ def block(low: tuple[float, float, float], high: tuple[float, float, float]) -> 
 
 
 def fan(outline: Array, low: float, high: float) -> Solid:
-    """An outline (k, 2) around the z axis, counter-clockwise, drawn along it; as star-shaped."""
+    """An outline (k, 2) around the z axis, counter-clockwise, drawn along it; as
+    star-shaped.
+    """
     corners = len(outline)
     here = np.arange(corners)
     there = (here + 1) % corners
@@ -81,10 +86,11 @@ def fan(outline: Array, low: float, high: float) -> Solid:
 
 
 def assembled(solids: list[Solid]) -> Part:
-    """Assemble solids that at most touch, less the holes in them, into one part scaled to 1 m.
+    """Assemble solids that at most touch, less the holes in them, into one part scaled
+    to 1 m.
 
-    Its surface is the convex hull, or where a solid has triangles of its own, those of all
-    solids; its mass properties are those of the solids.
+    Its surface is the convex hull, or where a solid has triangles of its own, those of
+    all solids; its mass properties are those of the solids.
     """
     whole = [solid_of(*solid.surface()) for solid in solids]
     density = np.array([solid.density for solid in solids])

@@ -1,7 +1,7 @@
 """Random parts as they are turned, and gears.
 
-Lengths are in units of the part; only their ratios matter. Files cut circles into 24 to 200
-sides, which drops and estimates take for circles.
+Lengths are in units of the part; only their ratios matter. Files cut circles into 24 to
+200 sides, which drops and estimates take for circles.
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ def rounds(draw: Generator) -> list[Solid]:
 
 
 def stepped(draw: Generator) -> list[Solid]:
-    """Shafts and pulleys: two to five steps, most with chamfers, some with a bore or a flat."""
+    """Shafts and pulleys: two to five steps, most with chamfers, some with a bore or a
+    flat.
+    """
     sides = _sides(draw)
     steps = int(draw.integers(2, 6))
     stretch = math.exp(draw.uniform(math.log(0.15), math.log(1.5)))
@@ -58,7 +60,9 @@ def stepped(draw: Generator) -> list[Solid]:
 
 
 def hollow(draw: Generator) -> list[Solid]:
-    """Rings, bushings, washers, cups and nuts: a bore through one or two steps, or a blind one."""
+    """Rings, bushings, washers, cups and nuts: a bore through one or two steps, or a
+    blind one.
+    """
     sides = _sides(draw)
     height = math.exp(draw.uniform(math.log(0.1), math.log(4.0)))
     if draw.random() < 0.15:

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 
 def write_json(file: Path, values: Any) -> None:
-    """Plain values as indented JSON; the folder is created. NaN and infinity are refused."""
+    """Plain values as indented JSON; the folder is created. NaN and infinity are
+    refused.
+    """
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(
         json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8"
@@ -26,7 +28,8 @@ def write_json(file: Path, values: Any) -> None:
 
 
 def plain(value: Any) -> Any:
-    """Convert records to objects, sequences and arrays to lists, keys to text, NaN to null.
+    """Convert records to objects, sequences and arrays to lists, keys to text, NaN to
+    null.
 
     A standard error is NaN where there is a single body; JSON has no such number.
     """
@@ -46,7 +49,9 @@ def plain(value: Any) -> Any:
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table with as wide columns as needed, the first flush left, the others flush right."""
+    """A table with as wide columns as needed, the first flush left, the others flush
+    right.
+    """
     cells = [list(head), *(list(row) for row in rows)]
     widths = [
         max(3, *(len(cell) for cell in column)) for column in zip(*cells, strict=True)
@@ -86,7 +91,9 @@ def _line(row: Sequence[str], widths: Sequence[int]) -> str:
 
 
 def save_figure(figure: Figure, file: Path) -> None:
-    """Write a PNG or SVG file, as its suffix says; an equal figure gives equal bytes."""
+    """Write a PNG or SVG file, as its suffix says; an equal figure gives equal
+    bytes.
+    """
     import matplotlib
 
     file.parent.mkdir(parents=True, exist_ok=True)
@@ -104,7 +111,8 @@ def write_page(
     figures: Mapping[str, Figure],
     numbers: Mapping[str, Any],
 ) -> list[Path]:
-    """Write `measured/PAGE`, `figures/NAME.png` and `measured/numbers/NAME.json`: all or none.
+    """Write `measured/PAGE`, `figures/NAME.png` and `measured/numbers/NAME.json`: all
+    or none.
 
     Parameters
     ----------

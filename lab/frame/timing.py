@@ -1,4 +1,6 @@
-"""Contenders timed in turns, so that other load of the machine affects all of them alike."""
+"""Contenders timed in turns, so that other load of the machine affects all of them
+alike.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,9 @@ class Contender:
 
 @dataclass(frozen=True)
 class Pace:
-    """How long to measure: up to `rounds`, each contender for about `patience` seconds."""
+    """How long to measure: up to `rounds`, each contender for about `patience`
+    seconds.
+    """
 
     rounds: int
     patience: float
@@ -55,16 +59,20 @@ class Timings:
         return 1e3 * self.median(name)
 
     def ratio(self, first: str, second: str) -> float:
-        """Median over the rounds of one contender's time by another's in the same round."""
+        """Median over the rounds of one contender's time by another's in the same
+        round.
+        """
         pairs = zip(self.seconds[first], self.seconds[second], strict=False)
         return median(first_time / second_time for first_time, second_time in pairs)
 
 
 def race(contenders: Sequence[Contender], pace: Pace) -> Timings:
-    """Time the contenders A B C, A B C, ... and leave out those whose patience is used up.
+    """Time the contenders A B C, A B C, ... and leave out those whose patience is used
+    up.
 
-    As in `timeit`, the garbage collector is off during a call: a full collection goes through all
-    objects of the compiler and takes tens of milliseconds, in the same call of every round.
+    As in `timeit`, the garbage collector is off during a call: a full collection goes
+    through all objects of the compiler and takes tens of milliseconds, in the same call
+    of every round.
     """
     seconds: dict[str, list[float]] = {contender.name: [] for contender in contenders}
     gc.collect()

@@ -1,1 +1,3 @@
-"""Families of bodies, samples of drops, and the fits that give the weights of the estimators."""
+"""Families of bodies, samples of drops, and the fits that give the weights of the
+estimators.
+"""

@@ -2,8 +2,9 @@
 
     .venv/bin/python -m lab.training.fit_posterior [--method NAME] [--every N] [--write]
 
-Five numbers for each restitution maximise the likelihood of the counts of the reference datasets
-and of bodies of other families, where the estimates are all that is known before the drops.
+Five numbers for each restitution maximise the likelihood of the counts of the reference
+datasets and of bodies of other families, where the estimates are all that is known
+before the drops.
 """
 
 from __future__ import annotations
@@ -65,7 +66,9 @@ def fit_priors(samples: Sequence[Sample]) -> dict[float, PriorFit]:
 
 
 def _fit(x: Array) -> PriorFit:
-    """Numbers of a point of the search; all but the first are logarithms, at most `MOST`."""
+    """Numbers of a point of the search; all but the first are logarithms, at most
+    `MOST`.
+    """
     return PriorFit(
         float(x[0]),
         *(

@@ -1,4 +1,6 @@
-"""What fits of networks share: coefficients in one array, their gradient, and their storage."""
+"""What fits of networks share: coefficients in one array, their gradient, and their
+storage.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ def coefficient_count(columns: int, units: int) -> int:
 
 
 def random_coefficients(columns: int, units: int, draw: Generator) -> Array:
-    """Coefficients of a network whose value is 0, with random weights of the hidden units."""
+    """Coefficients of a network whose value is 0, with random weights of the hidden
+    units.
+    """
     return np.concatenate(
         (
             [0.0],
@@ -57,7 +61,9 @@ def network_of(values: Array, columns: int, units: int) -> TanhNetwork:
 def network_gradient(
     network: TanhNetwork, tangents: Floats, inputs: Floats, output_gradient: Floats
 ) -> Floats:
-    """Gradient by the coefficients, from the gradient `back` (n,) by the values of rows (n, K)."""
+    """Gradient by the coefficients, from the gradient `back` (n,) by the values of rows
+    (n, K).
+    """
     inner = (1.0 - tangents * tangents) * np.outer(
         output_gradient, network.output_weights
     )
@@ -133,7 +139,9 @@ def undo_scaling(network: TanhNetwork, mean: Floats, scale: Floats) -> TanhNetwo
 
 
 def pack_networks(networks: Sequence[TanhNetwork], prefix: str) -> dict[str, Array]:
-    """Networks of one size as arrays to store, rounded to five digits: the data give no more."""
+    """Networks of one size as arrays to store, rounded to five digits: the data give no
+    more.
+    """
     columns = zip(TanhNetwork._fields, zip(*networks, strict=True), strict=True)
     return {
         prefix + name: round_to_digits(np.array(column)) for name, column in columns
@@ -141,6 +149,8 @@ def pack_networks(networks: Sequence[TanhNetwork], prefix: str) -> dict[str, Arr
 
 
 def round_to_digits(values: Array, digits: int = 5) -> Array:
-    """Values rounded to so many significant digits, each the float nearest to that decimal."""
+    """Values rounded to so many significant digits, each the float nearest to that
+    decimal.
+    """
     rounded = [float(f"{value:.{digits}g}") for value in np.ravel(values)]
     return np.reshape(rounded, np.shape(values))

@@ -55,7 +55,9 @@ class Sample(NamedTuple):
 
 
 def samples(method: str, stride: int = 1) -> list[Sample]:
-    """Samples of every so many bodies of each reference dataset and each other family."""
+    """Samples of every so many bodies of each reference dataset and each other
+    family.
+    """
     of_datasets = [
         sample
         for dataset in shipped_datasets()

@@ -1,7 +1,9 @@
-"""Random searches, loads and attacks: `python -m lab.trials` runs all of them in a short form.
+"""Random searches, loads and attacks: `python -m lab.trials` runs all of them in a
+short form.
 
-What is set here holds for every process of a trial, before it imports the first message: DDS
-within this machine, found quickly, and messages whose fields nobody checks.
+What is set here holds for every process of a trial, before it imports the first
+message: DDS within this machine, found quickly, and messages whose fields nobody
+checks.
 """
 
 import os

@@ -1,4 +1,6 @@
-"""A node in a process of its own to try things on, and what its process says of itself."""
+"""A node in a process of its own to try things on, and what its process says of
+itself.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +49,9 @@ def domain():
 
 @contextmanager
 def tried_node(bags, **values):
-    """A ready node in a namespace of its own, and a client of it; its log must be sound."""
+    """A ready node in a namespace of its own, and a client of it; its log must be
+    sound.
+    """
     with cell_of(domain(), bags, "tried", **values) as (node, client):
         yield node, client
         node.assert_sound()
@@ -105,7 +109,9 @@ def part_ids(client):
 
 
 def publish_in_turn(client, surface, names, factor=0.01, first=0):
-    """Publish parts one after the other, each a little larger and once the one before is known."""
+    """Publish parts one after the other, each a little larger and once the one before
+    is known.
+    """
     publisher = MeshPublisher(client).matched()
     vertices, triangles = surface
     for number, name in enumerate(names, first):

@@ -1,7 +1,9 @@
-"""What every program of trials is: trials with their outcomes, printed, judged and put on a page.
+"""What every program of trials is: trials with their outcomes, printed, judged and put
+on a page.
 
 A trial tries something many times and says which promises were broken. The page
-`docs/measured/reliability.md` is rendered from what the programs have stored with `--write`.
+`docs/measured/reliability.md` is rendered from what the programs have stored with
+`--write`.
 """
 
 from __future__ import annotations
@@ -26,21 +28,21 @@ TITLES = {
     "fuzz": (
         "Fuzz",
         "Inputs that are not quite right, each made from its seed, handed to the "
-        "library and to a node: a sound answer or a refusal in one line, in time. Bodies are "
-        "given in other ways too (turned, in other units, renumbered, cut finer), which must "
-        "change nothing that rounding does not decide.",
+        "library and to a node: a sound answer or a refusal in one line, in time. "
+        "Bodies are given in other ways too (turned, in other units, renumbered, cut "
+        "finer), which must change nothing that rounding does not decide.",
     ),
     "soak": (
         "Soak",
         "Drops of many bodies, and a node that is busy in eleven ways at once while "
-        "disks fill, clocks jump and processes die. What clients were told is compared with "
-        "the library and looked for in the bags.",
+        "disks fill, clocks jump and processes die. What clients were told is compared "
+        "with the library and looked for in the bags.",
     ),
     "attacks": (
         "Attacks",
         "What careless and hostile neighbours do to the node, in miniature: "
-        "each attack meets a node of its own, with meshes of 2 MB where nothing else is "
-        "said.",
+        "each attack meets a node of its own, with meshes of 2 MB where nothing else "
+        "is said.",
     ),
     "state": (
         "State",
@@ -64,7 +66,9 @@ Broken is how many promises were not kept. The machines were shared, so times gi
 
 @dataclass
 class Outcome:
-    """What came of a trial: how often it was tried, each broken promise, and what was seen."""
+    """What came of a trial: how often it was tried, each broken promise, and what was
+    seen.
+    """
 
     tried: int = 0
     broken: list[str] = field(default_factory=list)
@@ -85,7 +89,9 @@ def judged(tried: int, summary: str, **promises: bool) -> Outcome:
 
 
 class Setting(NamedTuple):
-    """How much is tried, as a share of a full run, from which seed on, and in which folder."""
+    """How much is tried, as a share of a full run, from which seed on, and in which
+    folder.
+    """
 
     size: float
     seed: int
@@ -93,7 +99,9 @@ class Setting(NamedTuple):
 
     @property
     def judges_times(self) -> bool:
-        """Whether times are judged: in a full run, on a machine that does nothing else."""
+        """Whether times are judged: in a full run, on a machine that does nothing
+        else.
+        """
         return self.size >= 1.0
 
     def of(self, full: int, least: int = 1) -> int:
@@ -117,7 +125,9 @@ def trial(work: Callable[[Setting], Outcome]) -> Trial:
 
 
 def program(name: str, trials: Sequence[Trial], short: float) -> int:
-    """The command line of a program: try, print, perhaps write; 1 where a promise was broken."""
+    """The command line of a program: try, print, perhaps write; 1 where a promise was
+    broken.
+    """
     title, description = TITLES[name]
     options = _parse(name, [trial.name for trial in trials], short)
     size = short if options.short else options.size

@@ -32,7 +32,9 @@ SEMI_AXES = (0.45, 0.95)
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """A body before any work: vertices (V, 3), triangles (T, 3) and centre of mass (3,)."""
+    """A body before any work: vertices (V, 3), triangles (T, 3) and centre of mass
+    (3,).
+    """
 
     vertices: Array
     triangles: NDArray[np.int64]
@@ -119,7 +121,8 @@ def ellipsoids(
 
 
 def machined_parts(bodies: int, drops: int, restitutions: tuple[float, ...]) -> Size:
-    """Machined and turned parts as files have them, with the default poses and round surfaces.
+    """Machined and turned parts as files have them, with the default poses and round
+    surfaces.
 
     Parameters
     ----------

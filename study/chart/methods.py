@@ -1,4 +1,6 @@
-"""Points of the chart: time of a method against its error, on the bodies of one size."""
+"""Points of the chart: time of a method against its error, on the bodies of one
+size.
+"""
 
 from __future__ import annotations
 
@@ -33,10 +35,14 @@ REPEATS = 3
 
 DROPS = (10, 100, 1_000, 10_000)
 DROPS_TIMED = 20_000
-"""Drops that are timed for each number of drops; the fewer a part takes, the more parts."""
+"""Drops that are timed for each number of drops; the fewer a part takes, the more
+parts.
+"""
 
 COMBINED = (10, 100, 1_000)
-"""Numbers of drops with an estimate; after more drops the estimate no longer matters."""
+"""Numbers of drops with an estimate; after more drops the estimate no longer
+matters.
+"""
 
 MOST_PARTS = 60
 
@@ -70,11 +76,14 @@ class Effort(NamedTuple):
 
 
 def estimator_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
-    """A point for each estimator; the time is from the mesh arrays to the statistics."""
+    """A point for each estimator; the time is from the mesh arrays to the
+    statistics.
+    """
     simulated = pooled(list(size.simulated.values()))
     values = {rho: estimates(size.restings, size.scene(rho)) for rho in size.simulated}
     names = list(next(iter(values.values())))
-    # The methods take turns, so that other load of the machine affects all of them alike.
+    # The methods take turns, so that other load of the machine affects all of them
+    # alike.
     took = medians(
         [
             {name: partial(_run_estimate, size, mesh, name) for name in names}
@@ -91,7 +100,9 @@ def estimator_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
 
 
 def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
-    """A point for each number of drops; the error is the noise of that many independent drops."""
+    """A point for each number of drops; the error is the noise of that many independent
+    drops.
+    """
     simulated = pooled(list(size.simulated.values()))
     for drops in effort.drops:
         took = medians(
@@ -116,7 +127,9 @@ def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
 def measured_point(
     name: str, kind: str, seconds: float, error: Accuracy, series: str | None = None
 ) -> ChartPoint:
-    """Make a point of a measured error, without an interval where there is a single body."""
+    """Make a point of a measured error, without an interval where there is a single
+    body.
+    """
     bounds = (
         (error.error, error.error) if math.isnan(error.low) else (error.low, error.high)
     )
@@ -244,7 +257,9 @@ def medians(parts: Sequence[Mapping[str, Call]], times: int = 1) -> dict[str, fl
 
 
 def time_call(call: Callable[[], Result]) -> tuple[float, Result]:
-    """Seconds of a call, the garbage collector held off as in `timeit`, and its result."""
+    """Seconds of a call, the garbage collector held off as in `timeit`, and its
+    result.
+    """
     is_enabled = gc.isenabled()
     gc.disable()
     try:

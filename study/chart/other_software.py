@@ -25,13 +25,16 @@ Array = NDArray[np.float64]
 
 SAME_FACE = 1e-3
 SAME_FACET = 0.2
-"""Angle within which a pose of trimesh is one of our faces, radians; on a round surface, which has
-other facets here than in the file."""
+"""Angle within which a pose of trimesh is one of our faces, radians; on a round
+surface, which has other facets here than in the file.
+"""
 
 MUJOCO_DROPS = (10, 100)
 MUJOCO_DEPTH = 0.01
 MUJOCO_STEPS = 10
-"""Median depth of first impacts in radii, and time steps a contact, of a good setting."""
+"""Median depth of first impacts in radii, and time steps a contact, of a good
+setting.
+"""
 
 MUJOCO_RESTITUTIONS = 0.1, 0.9
 """Lowest and highest restitution that such contacts are set to."""
@@ -66,8 +69,9 @@ def mujoco_points(
 ) -> Iterator[ChartPoint]:
     """Drops by MuJoCo from 20 radii; only the time inside `mj_step` counts.
 
-    The error comes from both MuJoCo's noise and its different contacts. There is no point where
-    it is not installed or cannot simulate the scene; `say` is called with the reason.
+    The error comes from both MuJoCo's noise and its different contacts. There is no
+    point where it is not installed or cannot simulate the scene; `say` is called with
+    the reason.
     """
     low, high = MUJOCO_RESTITUTIONS
     if not available():
@@ -98,7 +102,9 @@ def mujoco_points(
 
 
 def _mujoco_shares(size: Size, bodies: int) -> tuple[float, dict[int, Array]]:
-    """Median seconds of a drop; shares of the poses after some drops, as `pooled` has them."""
+    """Median seconds of a drop; shares of the poses after some drops, as `pooled` has
+    them.
+    """
     shares: dict[int, list[Array]] = {drops: [] for drops in MUJOCO_DROPS}
     seconds: list[float] = []
     for restitution in size.simulated:
@@ -121,7 +127,9 @@ def _mujoco_shares(size: Size, bodies: int) -> tuple[float, dict[int, Array]]:
 def match_poses(
     resting: RestingPoses, transforms: Array, probabilities: Sequence[float]
 ) -> Array:
-    """Another program's probabilities in the order of our poses, without those that match none."""
+    """Another program's probabilities in the order of our poses, without those that
+    match none.
+    """
     theirs = -np.asarray(transforms)[:, 2, :3]
     gap, face = cKDTree(resting.equilibria.downs).query(theirs)
     is_match = gap < (SAME_FACET if resting.body.rounded else SAME_FACE)

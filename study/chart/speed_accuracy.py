@@ -1,4 +1,6 @@
-"""The chart of speed against accuracy: plans of its measurements, and its numbers as a table."""
+"""The chart of speed against accuracy: plans of its measurements, and its numbers as a
+table.
+"""
 
 from __future__ import annotations
 
@@ -71,8 +73,8 @@ class MeasuredSize(NamedTuple):
     def drawn_points(self) -> list[int]:
         """Places of the points with an error above 0.
 
-        An error below the noise of the reference has no place on a logarithmic axis, and does not
-        show that the point is better than others.
+        An error below the noise of the reference has no place on a logarithmic axis,
+        and does not show that the point is better than others.
         """
         return [k for k, point in enumerate(self.points) if point.error > 0.0]
 
@@ -107,7 +109,9 @@ class ChartResults:
 
     @property
     def scene(self) -> str:
-        """How high all bodies were released, onto what, and how bouncy, in one sentence."""
+        """How high all bodies were released, onto what, and how bouncy, in one
+        sentence.
+        """
         return describe_scene(self.spec.restitutions, None)
 
     def as_dict(self) -> dict[str, Any]:
@@ -188,7 +192,9 @@ def _points(
 
 
 def chart_text(results: ChartResults) -> str:
-    """The scene, and a table for each kind of part; methods that nothing beats are marked."""
+    """The scene, and a table for each kind of part; methods that nothing beats are
+    marked.
+    """
     scene = f"{results.scene[0].upper()}{results.scene[1:]}."
     return "\n\n".join([scene, *(_size_text(size) for size in results.sizes)])
 
@@ -209,9 +215,9 @@ def _size_text(size: MeasuredSize) -> str:
         )
     head = ("method", "time a part", "error, points", "95 % interval", "on the front")
     return (
-        f"### {size.title}\n\n{size.bodies} bodies with {size.mean_poses:.1f} stable poses on "
-        f"average, {size.reference_drops} reference drops of each at each restitution.\n\n"
-        + markdown_table(head, rows)
+        f"### {size.title}\n\n{size.bodies} bodies with {size.mean_poses:.1f} stable "
+        f"poses on average, {size.reference_drops} reference drops of each at each "
+        "restitution.\n\n" + markdown_table(head, rows)
     )
 
 

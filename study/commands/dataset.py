@@ -33,8 +33,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "dataset",
         help="simulate the paper's random polyhedra, into one file",
         description="Draw the paper's random polyhedra, drop each many times at each "
-        "restitution, and write bodies, stable poses and counts to one numpy archive. A run "
-        "that is cut off goes on when the same command is given again.",
+        "restitution, and write bodies, stable poses and counts to one numpy archive. "
+        "A run that is cut off goes on when the same command is given again.",
         examples=(
             "python -m study dataset --bodies 40 --drops 200 --shift 0.25 -o small.npz",
         ),
@@ -201,8 +201,8 @@ def _report(file: Path, seconds: float, as_json: bool) -> None:
         f"{file}: {file.stat().st_size / 1e6:.2f} MB, {spec.scene}\n"
         f"{spec.bodies} random polyhedra with {len(dataset.body)} stable poses, "
         f"shift {spec.shift:g} ({spec.shift_moment}), {facts['redraws']} drawn anew\n"
-        f"{drops} drops, {spec.drops} of each at each restitution; {unsettled} did not settle\n"
-        f"took {seconds:.1f} s"
+        f"{drops} drops, {spec.drops} of each at each restitution; {unsettled} did not "
+        f"settle\ntook {seconds:.1f} s"
     )
 
 

@@ -1,4 +1,6 @@
-"""Datasets of simulated pose statistics: random polyhedra and the counts of their drops."""
+"""Datasets of simulated pose statistics: random polyhedra and the counts of their
+drops.
+"""
 
 from .dataset import Dataset, read_dataset, shipped_dataset, shipped_datasets
 from .making import DatasetProgress, Maker, make_chunk, make_dataset, on_threads

@@ -89,7 +89,9 @@ Arrays = dict[str, NDArray[Any]]
 
 
 class Field(NamedTuple):
-    """An array of the file: its shape in letters, the type of its numbers, and its meaning."""
+    """An array of the file: its shape in letters, the type of its numbers, and its
+    meaning.
+    """
 
     shape: tuple[str | int, ...]
     kind: str

@@ -19,7 +19,8 @@ IN_HAND = 2000
 
 
 def on_cluster(address: str, worker_seconds: float = WORKER_SECONDS) -> Maker:
-    """Pieces made by the workers of a scheduler; lost workers' pieces are made by others.
+    """Pieces made by the workers of a scheduler; lost workers' pieces are made by
+    others.
 
     Parameters
     ----------

@@ -181,7 +181,9 @@ def shipped_file(shift: float, shift_moment: str) -> Path:
 
 
 def shipped_dataset(shift: float = 0.0, shift_moment: str = "inertia") -> Dataset:
-    """A reference dataset: 1 057 bodies, 1 000 drops of each at restitution 0.2, 0.5, 0.8."""
+    """A reference dataset: 1 057 bodies, 1 000 drops of each at restitution 0.2, 0.5,
+    0.8.
+    """
     return read_dataset(shipped_file(shift, shift_moment))
 
 

@@ -33,7 +33,9 @@ Made = tuple[Piece, Arrays]
 Maker = Callable[
     [DatasetSpec, Sequence[Piece], Callable[[], bool]], Generator[Made, None, None]
 ]
-"""Makes the pieces of a specification and yields each when it is done, until told to stop."""
+"""Makes the pieces of a specification and yields each when it is done, until told to
+stop.
+"""
 
 
 @dataclass(frozen=True)
@@ -145,7 +147,8 @@ def _is_complete(file: Path, spec: DatasetSpec) -> bool:
 
 
 def on_threads(workers: int | None = None) -> Maker:
-    """Pieces made by threads of this process; the kernels run without the interpreter's lock.
+    """Pieces made by threads of this process; the kernels run without the interpreter's
+    lock.
 
     Parameters
     ----------

@@ -69,7 +69,9 @@ class DatasetSpec:
 
     @property
     def scene(self) -> str:
-        """How high the bodies were released, onto what, and how bouncy, in one sentence."""
+        """How high the bodies were released, onto what, and how bouncy, in one
+        sentence.
+        """
         return describe_scene(self.restitutions, self.drop_height)
 
     def __post_init__(self) -> None:
@@ -109,7 +111,9 @@ class DatasetSpec:
 
     @property
     def block(self) -> int:
-        """Drops counted together: 100, or more where that would make over 100 blocks."""
+        """Drops counted together: 100, or more where that would make over 100
+        blocks.
+        """
         return max(_SHORTEST_BLOCK, -(-self.drops // _MOST_BLOCKS))
 
     @property

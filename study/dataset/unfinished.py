@@ -24,8 +24,8 @@ PIECES = "bodies_*.npz"
 class Unfinished:
     """Pieces of a dataset beside the file that it will be, `<file>.unfinished`.
 
-    The directory is locked while in use, and each piece appears whole or not at all. A directory
-    that is left without a piece is deleted.
+    The directory is locked while in use, and each piece appears whole or not at all. A
+    directory that is left without a piece is deleted.
 
     Parameters
     ----------
@@ -124,7 +124,9 @@ class Unfinished:
 
 
 def clear_leftovers(file: Path, spec: DatasetSpec) -> None:
-    """Delete the pieces of a dataset whose run wrote the file but was cut off before their end."""
+    """Delete the pieces of a dataset whose run wrote the file but was cut off before
+    their end.
+    """
     if directory_of(file).is_dir():
         with suppress(BatchError), Unfinished(file, spec) as unfinished:
             unfinished.remove()

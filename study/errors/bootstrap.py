@@ -1,4 +1,6 @@
-"""The bootstrap by whole bodies: scatter of a figure over other choices of the bodies."""
+"""The bootstrap by whole bodies: scatter of a figure over other choices of the
+bodies.
+"""
 
 from __future__ import annotations
 
@@ -29,11 +31,11 @@ def body_bootstrap(
 ) -> Array:
     """Values of a statistic on resamples of the bodies, drawn with replacement.
 
-    All values of a body are drawn or left out together, its poses and its restitutions: they
-    are dependent, as section 4.A of the paper notes below Eq. 2. The statistic sees sums over
-    the values only, so that a resample costs no more than one weight a body: Efron and
-    Tibshirani, "An Introduction to the Bootstrap" (1993), chapter 6 and section 8.3 for
-    groups.
+    All values of a body are drawn or left out together, its poses and its restitutions:
+    they are dependent, as section 4.A of the paper notes below Eq. 2. The statistic
+    sees sums over the values only, so that a resample costs no more than one weight a
+    body: Efron and Tibshirani, "An Introduction to the Bootstrap" (1993), chapter 6 and
+    section 8.3 for groups.
 
     Parameters
     ----------

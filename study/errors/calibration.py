@@ -1,4 +1,6 @@
-"""Test of the standard errors and intervals of one simulation by an independent second one."""
+"""Test of the standard errors and intervals of one simulation by an independent second
+one.
+"""
 
 from __future__ import annotations
 
@@ -26,11 +28,13 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Calibration:
-    """Agreement of two independent simulations of the same poses, beside the expected one.
+    """Agreement of two independent simulations of the same poses, beside the expected
+    one.
 
     The expected figures hold where both runs count independent drops of the same
-    probabilities. They are exact, given the drops that both runs together counted in a pose:
-    then the first run's share of them is hypergeometric, whatever the probability.
+    probabilities. They are exact, given the drops that both runs together counted in a
+    pose: then the first run's share of them is hypergeometric, whatever the
+    probability.
 
     Attributes
     ----------
@@ -71,7 +75,8 @@ def calibration(
     second: SimulatedPoses,
     level: float = DEFAULT_LEVEL,
 ) -> Calibration:
-    """Test `standard_errors` and `jeffreys_interval` of a run on an independent second one.
+    """Test `standard_errors` and `jeffreys_interval` of a run on an independent second
+    one.
 
     Parameters
     ----------
@@ -162,8 +167,9 @@ def outcomes(
 ) -> tuple[Array, Array]:
     """z², and whether the interval of the first count holds the second's proportion.
 
-    z = (s1 - s2) / sqrt(se1² + se2²), with the standard errors that `standard_errors` gives and
-    the interval of `jeffreys_interval`. z = 0 for the only pose of a body, which has no error.
+    z = (s1 - s2) / sqrt(se1² + se2²), with the standard errors that `standard_errors`
+    gives and the interval of `jeffreys_interval`. z = 0 for the only pose of a body,
+    which has no error.
 
     Parameters
     ----------
@@ -191,11 +197,12 @@ def outcomes(
 def means_of_equal_chances(
     first: SimulatedPoses, second: SimulatedPoses, poses: Index, level: float
 ) -> tuple[Array, Array]:
-    """Means of what `outcomes` gives, over all ways to share the total between the runs.
+    """Means of what `outcomes` gives, over all ways to share the total between the
+    runs.
 
-    If both runs have the same probability, the first count is hypergeometric given the total:
-    the argument of Fisher's exact test (Lehmann and Romano, "Testing Statistical Hypotheses",
-    section 4.5). The time grows as the root of the first run's drops.
+    If both runs have the same probability, the first count is hypergeometric given the
+    total: the argument of Fisher's exact test (Lehmann and Romano, "Testing Statistical
+    Hypotheses", section 4.5). The time grows as the root of the first run's drops.
 
     Returns
     -------

@@ -1,4 +1,6 @@
-"""Error of an estimator with the noise of the simulation taken off: the paper's metric."""
+"""Error of an estimator with the noise of the simulation taken off: the paper's
+metric.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,8 @@ INTERVAL_LEVEL: Final = 0.95
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Root mean square deviation of two sets of probabilities, and its parts (Eqs. 1-4).
+    """Root mean square deviation of two sets of probabilities, and its parts (Eqs.
+    1-4).
 
     All are fractions, not percent.
 
@@ -68,9 +71,9 @@ def accuracy(
 ) -> Accuracy:
     """Error of an estimator, sigma(e, p), from its deviation from noisy simulations.
 
-    Eq. 4 of the paper. It neglects the covariance C of Eq. 2: the estimator must not have been
-    fitted to these very counts. The drops must be independent; drops that share their starts
-    evenly have less noise than is taken off here.
+    Eq. 4 of the paper. It neglects the covariance C of Eq. 2: the estimator must not
+    have been fitted to these very counts. The drops must be independent; drops that
+    share their starts evenly have less noise than is taken off here.
 
     Parameters
     ----------
@@ -105,8 +108,8 @@ def sensitivity(
     """Deviation of two exact sets, sigma(p_a, p_b), from a simulation of each.
 
     Eq. 10 of the paper, for instance of two restitutions: both noises are taken off.
-    `deviation` is sigma(s_a, s_b), `noise` the root of both noise variances together, `error`
-    the deviation of the exact sets, `largest` that of the simulated ones.
+    `deviation` is sigma(s_a, s_b), `noise` the root of both noise variances together,
+    `error` the deviation of the exact sets, `largest` that of the simulated ones.
 
     Parameters
     ----------
@@ -195,7 +198,8 @@ def noise_of(simulated: SimulatedPoses, drops: int) -> Noise:
     drops : int
         n.
     """
-    # noise_variance is s (1 - s) / (m - 1) for the m drops there are: p (1 - p) / m unbiased.
+    # noise_variance is s (1 - s) / (m - 1) for the m drops there are: p (1 - p) / m
+    # unbiased.
     variance = simulated.noise_variance() * simulated.settled / drops
     terms = np.column_stack((variance, np.ones_like(variance)))
     spread = np.sqrt(

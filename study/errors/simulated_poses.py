@@ -16,7 +16,8 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class SimulatedPoses:
-    """Simulated probabilities of N poses of many bodies: the set s of the paper, section 4.A.
+    """Simulated probabilities of N poses of many bodies: the set s of the paper,
+    section 4.A.
 
     Parameters
     ----------
@@ -64,9 +65,9 @@ class SimulatedPoses:
     def noise_variance(self) -> Array:
         """Estimate of each value's variance due to the finite number n of drops.
 
-        It is s (1 - s) / (n - 1), whose mean is the variance p (1 - p) / n of independent
-        drops; that of the paper's s (1 - s) / n (Eq. 3 with s in place of p) is smaller by the
-        factor (n - 1) / n.
+        It is s (1 - s) / (n - 1), whose mean is the variance p (1 - p) / n of
+        independent drops; that of the paper's s (1 - s) / n (Eq. 3 with s in place of
+        p) is smaller by the factor (n - 1) / n.
 
         Returns
         -------
@@ -87,7 +88,8 @@ class SimulatedPoses:
 
 
 def pooled(parts: Sequence[SimulatedPoses]) -> SimulatedPoses:
-    """The values of several simulations in one row, as the paper pools the restitutions.
+    """The values of several simulations in one row, as the paper pools the
+    restitutions.
 
     Parameters
     ----------

@@ -1,4 +1,6 @@
-"""Curves of several methods in one figure: colours, dashes, and common names of equal ones."""
+"""Curves of several methods in one figure: colours, dashes, and common names of equal
+ones.
+"""
 
 from collections.abc import Sequence
 
@@ -12,8 +14,9 @@ Curves = Sequence[tuple[str, ArrayLike]]
 EQUAL = 1e-9
 """Largest difference of two curves that are drawn as one line with both names."""
 
-# For the colour-blind: four of Okabe and Ito's, eight of Tol's "muted", none near the dice's
-# vermilion. Neighbours have different dashes too, so that nobody needs to see colours.
+# For the colour-blind: four of Okabe and Ito's, eight of Tol's "muted", none near the
+# dice's vermilion. Neighbours have different dashes too, so that nobody needs to see
+# colours.
 LINES: tuple[tuple[str, object], ...] = (
     ("#0072B2", "-"),
     ("#E69F00", (0, (6, 1.6))),

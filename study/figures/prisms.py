@@ -1,4 +1,6 @@
-"""Square prisms: estimators, simulation and measured dice over length/width (Fig. 5)."""
+"""Square prisms: estimators, simulation and measured dice over length/width (Fig.
+5).
+"""
 
 from __future__ import annotations
 

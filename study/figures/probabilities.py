@@ -1,4 +1,6 @@
-"""Probabilities against simulated ones, one dot a stable pose: the paper's Figs. 2 and 4."""
+"""Probabilities against simulated ones, one dot a stable pose: the paper's Figs. 2 and
+4.
+"""
 
 from __future__ import annotations
 
@@ -159,7 +161,9 @@ STRONGEST = 0.8
 """Opacity of a dot among many and among few."""
 
 OPAQUE_IN_ALL = 2000.0
-"""Sum of the opacities of all dots, from which the opacity of one follows, within its bounds."""
+"""Sum of the opacities of all dots, from which the opacity of one follows, within its
+bounds.
+"""
 
 
 def axis_end(*rows: Array) -> float:

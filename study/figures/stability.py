@@ -1,4 +1,6 @@
-"""The stability study: probabilities along a walk, and expected errors against true ones."""
+"""The stability study: probabilities along a walk, and expected errors against true
+ones.
+"""
 
 from __future__ import annotations
 

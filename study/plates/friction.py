@@ -1,10 +1,10 @@
 """A second simulator, with friction and moving releases: it stands for real plates.
 
-Nothing is shared with the drops of the product. The part flies with constant angular momentum, by
-midpoint steps that are short against its distance from the plate. At a touching corner the impulse
-is integrated along its normal part with Coulomb friction, and the restitution is that of energy
-(Stronge, Impact Mechanics, 2000). A drop ends once its energy is too small to leave the face that
-it is about to lie on.
+Nothing is shared with the drops of the product. The part flies with constant angular
+momentum, by midpoint steps that are short against its distance from the plate. At a
+touching corner the impulse is integrated along its normal part with Coulomb friction,
+and the restitution is that of energy (Stronge, Impact Mechanics, 2000). A drop ends
+once its energy is too small to leave the face that it is about to lie on.
 """
 
 from __future__ import annotations
@@ -79,7 +79,9 @@ def plate_of(number: int) -> RealPlate:
 
 
 def study_parts() -> list[Part]:
-    """Boxes, prisms, irregular ones, a wedge and a box without a corner, of 7 to 50 mm."""
+    """Boxes, prisms, irregular ones, a wedge and a box without a corner, of 7 to 50
+    mm.
+    """
     sizes = (
         (0.02, 0.03, 0.012),
         (0.01, 0.01, 0.0075),
@@ -116,7 +118,9 @@ def study_parts() -> list[Part]:
 
 
 def read_counts() -> list[list[list[int]]]:
-    """Counts by plate, part and pose, as `python -m study.plates.friction` writes them."""
+    """Counts by plate, part and pose, as `python -m study.plates.friction` writes
+    them.
+    """
     counts: list[list[list[int]]] = json.loads(FILE.read_text(encoding="utf-8"))
     return counts
 
@@ -143,7 +147,9 @@ def poses_reached(
     velocity: Array,
     spin: Array,
 ) -> Index:
-    """Poses (n,) in which parts come to rest from orientations, heights, velocities and spins."""
+    """Poses (n,) in which parts come to rest from orientations, heights, velocities and
+    spins.
+    """
     radius = resting.body.radius
     faces = resting.equilibria
     pose = resting.clusters.pose
@@ -205,7 +211,9 @@ def _drop_all(  # type: ignore[no-untyped-def]
 def _drop(  # type: ignore[no-untyped-def]
     corners, inverse, downs, rest_energy, turn, height, velocity, spin, plate, radius
 ):
-    """The face, by its number among the stable ones, that a drop ends on; -1 for none."""
+    """The face, by its number among the stable ones, that a drop ends on; -1 for
+    none.
+    """
     restitution, friction = plate
     shortest = SHORTEST * math.sqrt(radius / GRAVITY)
     slowest = SLOWEST * math.sqrt(GRAVITY * radius)

@@ -1,4 +1,6 @@
-"""Counts of a part combined with its estimate, against either alone, on the simulated plates."""
+"""Counts of a part combined with its estimate, against either alone, on the simulated
+plates.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,9 @@ SOURCES = ("estimate", "counts", "observed", "observed, 5 points assumed")
 
 
 def observed_errors(repeats: int, seed: int) -> dict[int, dict[str, float]]:
-    """Root mean square errors over groups, parts and plates, by counts of a part and way."""
+    """Root mean square errors over groups, parts and plates, by counts of a part and
+    way.
+    """
     models = [estimate_in(part, DropScene(), "split") for part in study_parts()]
     errors: dict[int, dict[str, float]] = {}
     for counted in COUNTS:

@@ -53,24 +53,27 @@ def plates_text(results: PlateResults) -> str:
     worse = max(plate.errors["fit"] - plate.errors["default"] for plate in simulated)
     return "\n".join(
         [
-            f"A plate is fitted to {FITTED} kinds of parts, and the others are predicted by `split`; "
-            f"{results.splits} random choices. Errors in points: root mean square over groups of poses, "
-            "the noise of the counts taken off. Budden's fifteen dice "
-            f"({SOURCE}) were rolled; the other plates are simulated with friction "
-            f"(`study/plates/friction.py`), twelve kinds of parts, {COUNTED} counts of each of the "
-            "five. All others: each part predicted by a fit to all other ones with all their counts, "
-            "about what more counting can bring. Gibbs: shares as exp(-b h / V^(1/3)) with the height "
-            "h of the pose, the volume V and b fitted; split × tilt: the default shares times that. "
-            "Best scene: the scene of the grid with the least error, chosen by the very counts that "
-            "judge it: about the best of one scene for all.",
+            f"A plate is fitted to {FITTED} kinds of parts, and the others are "
+            f"predicted by `split`; {results.splits} random choices. Errors in points: "
+            "root mean square over groups of poses, the noise of the counts taken off. "
+            f"Budden's fifteen dice ({SOURCE}) were rolled; the other plates are "
+            "simulated with friction (`study/plates/friction.py`), twelve kinds of "
+            f"parts, {COUNTED} counts of each of the "
+            "five. All others: each part predicted by a fit to all other ones with all "
+            "their counts, about what more counting can bring. Gibbs: shares as exp(-b "
+            "h / V^(1/3)) with the height h of the pose, the volume V and b fitted; "
+            "split × tilt: the default shares times that. Best scene: the scene of the "
+            "grid with the least error, chosen by the very counts that judge it: about "
+            "the best of one scene for all.",
             "",
             markdown_table(
                 ("plate", *METHODS, "told", "told / true", "default's probability"),
                 rows,
             ),
             "",
-            f"Told over true is {TRUE[0]} to {TRUE[1]} on {count} of {len(simulated)} simulated "
-            f"plates; the fit is at most {points(worse, 2)} points worse than the default on any.",
+            f"Told over true is {TRUE[0]} to {TRUE[1]} on {count} of {len(simulated)} "
+            f"simulated plates; the fit is at most {points(worse, 2)} points worse "
+            "than the default on any.",
             "",
             *_observed_lines(results),
         ]
@@ -88,10 +91,10 @@ def _observed_lines(results: PlateResults) -> list[str]:
         for counted, errors in results.observed.items()
     ]
     return [
-        "`observed` on the simulated plates without a fit, so many counts of each of the "
-        "twelve: errors in points over groups, parts and plates, and that of `observed` over "
-        "the smaller one of estimate and counts. The plate's error is learnt from the other "
-        "eleven.",
+        "`observed` on the simulated plates without a fit, so many counts of each of "
+        "the twelve: errors in points over groups, parts and plates, and that of "
+        "`observed` over the smaller one of estimate and counts. The plate's error is "
+        "learnt from the other eleven.",
         "",
         markdown_table(("counts of a part", *SOURCES, "over the better"), rows),
     ]
@@ -105,7 +108,8 @@ def write_plates(results: PlateResults, folder: Path) -> list[Path]:
     """Write `measured/plates.md` and its numbers into a folder of documents."""
     head = (
         "# Fitted plates\n\nWritten by `python -m study plates -o docs`; edits here "
-        f"are lost. What is fitted, and how: [plates](../plates.md). Seed {results.seed}.\n\n"
+        "are lost. What is fitted, and how: [plates](../plates.md). Seed "
+        f"{results.seed}.\n\n"
     )
     return write_page(
         folder, PAGE, f"{head}{plates_text(results)}\n", {}, {"plates": plain(results)}

@@ -1,4 +1,6 @@
-"""Fits of plates, judged by the parts that they did not see: rolled dice, and simulated plates."""
+"""Fits of plates, judged by the parts that they did not see: rolled dice, and simulated
+plates.
+"""
 
 from __future__ import annotations
 
@@ -61,7 +63,9 @@ class PlateErrors:
 
 @dataclass(frozen=True)
 class PlateResults:
-    """All plates, the dice first, and what counts of a part are worth beside its estimate."""
+    """All plates, the dice first, and what counts of a part are worth beside its
+    estimate.
+    """
 
     plates: tuple[PlateErrors, ...]
     observed: dict[int, dict[str, float]]  # by counts of a part and way; errors
@@ -249,7 +253,9 @@ def _likeliest(
 
 
 def _square_error(counts: NDArray[np.int64], expected: Array) -> float:
-    """Mean square error over groups, the noise of the counts taken off; it may be below 0."""
+    """Mean square error over groups, the noise of the counts taken off; it may be below
+    0.
+    """
     observed = counts / counts.sum()
     noise = (observed * (1.0 - observed)).mean() / (counts.sum() - 1)
     return float(np.square(observed - expected).mean() - noise)

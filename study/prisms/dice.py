@@ -10,7 +10,9 @@ from lab.bodies.dice import DICE
 Array = NDArray[np.float64]
 
 REPLICATES = 4000
-"""Replicates of the bootstrap; they give a standard error to about a hundredth of itself."""
+"""Replicates of the bootstrap; they give a standard error to about a hundredth of
+itself.
+"""
 
 MEASURED: Array = np.array([die.on_sides for die in DICE])
 ROLLS: NDArray[np.int64] = np.array([die.rolls for die in DICE])
@@ -26,9 +28,9 @@ def standard_error(
 ) -> float:
     """Standard error of `root_mean_square` by parametric bootstrap.
 
-    The dice are rolled again, binomially at their measured frequencies, and a prediction that
-    was itself counted is counted again. The answer is the standard deviation of the root mean
-    square over these replicates.
+    The dice are rolled again, binomially at their measured frequencies, and a
+    prediction that was itself counted is counted again. The answer is the standard
+    deviation of the root mean square over these replicates.
 
     Parameters
     ----------

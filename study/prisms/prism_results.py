@@ -24,7 +24,8 @@ LEVEL = 0.95
 
 
 class SidesPoint(NamedTuple):
-    """Share of the trials in which a square prism came to rest on one of its four sides.
+    """Share of the trials in which a square prism came to rest on one of its four
+    sides.
 
     Attributes
     ----------
@@ -71,7 +72,8 @@ class Misfit(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PrismResults:
-    """Fig. 5 in numbers. All probabilities are those of the four sides together, 0 to 1.
+    """Fig. 5 in numbers. All probabilities are those of the four sides together, 0 to
+    1.
 
     Attributes
     ----------
@@ -118,7 +120,9 @@ class PrismResults:
 
     @property
     def scene(self) -> str:
-        """How high the prisms were released, onto what, and how bouncy, in one sentence."""
+        """How high the prisms were released, onto what, and how bouncy, in one
+        sentence.
+        """
         return describe_scene(tuple(self.simulated), None)
 
     def as_dict(self) -> dict[str, Any]:
@@ -268,8 +272,9 @@ def draw_prisms(results: PrismResults) -> Figure:
         simulated,
         _rows(results.dice),
         "Square prisms coming to rest on a side",
-        f"Bars: {100.0 * LEVEL:g} % intervals. {results.drops} drops a diamond; the simulations "
-        "of one prism stand side by side, the middle one at its length / width.",
+        f"Bars: {100.0 * LEVEL:g} % intervals. {results.drops} drops a diamond; the "
+        "simulations of one prism stand side by side, the middle one at its length / "
+        "width.",
     )
 
 

@@ -47,11 +47,12 @@ def prisms(
     on_progress: Callable[[int, int], object] | None = None,
     should_stop: Callable[[], bool] | None = None,
 ) -> PrismResults:
-    """Compare estimators, simulation and rolled dice on square prisms (section 5.B, Fig. 5).
+    """Compare estimators, simulation and rolled dice on square prisms (section 5.B,
+    Fig. 5).
 
-    Square prisms of length over width 0.3 to 3 go through every registered estimator and are
-    dropped from 20 radii at restitution 0.2, 0.5 and 0.8. The same is done for prisms as long
-    as Budden's dice, to say how far each method is from them.
+    Square prisms of length over width 0.3 to 3 go through every registered estimator
+    and are dropped from 20 radii at restitution 0.2, 0.5 and 0.8. The same is done for
+    prisms as long as Budden's dice, to say how far each method is from them.
 
     Parameters
     ----------
@@ -218,7 +219,8 @@ SCENE = DropScene(cluster_tolerance=0.0, round_sides=0)
 
 
 def estimated_sides(ratios: ArrayLike) -> dict[str, Array]:
-    """Probability of the four sides by every estimator, without clusters, in the usual scene.
+    """Probability of the four sides by every estimator, without clusters, in the usual
+    scene.
 
     Parameters
     ----------
@@ -248,9 +250,11 @@ def dropped_sides(
     workers: int | None = None,
     should_stop: Callable[[], bool] | None = None,
 ) -> SidesPoint | None:
-    """Share of drops from 20 radii that come to rest on a side; None if stopped before the end.
+    """Share of drops from 20 radii that come to rest on a side; None if stopped before
+    the end.
 
-    The parameters are those of `simulate`. Drops that did not settle are left out of the share.
+    The parameters are those of `simulate`. Drops that did not settle are left out of
+    the share.
     """
     statistics = simulate(
         square_prism(ratio),

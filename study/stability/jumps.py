@@ -91,8 +91,8 @@ def _jumps(
 ) -> list[Jump]:
     """The jump with the largest change between two positions, if there is one.
 
-    The half with the larger change is halved again until it is narrow; a smooth curve's change
-    shrinks with the width, a jump's stays.
+    The half with the larger change is halved again until it is narrow; a smooth curve's
+    change shrinks with the width, a jump's stays.
     """
     if abs(values[1] - values[0]) < JUMP:
         return []

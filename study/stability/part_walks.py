@@ -1,4 +1,6 @@
-"""Walks of parts as designers send them: sides of a turn, teeth, holes, and the nudge."""
+"""Walks of parts as designers send them: sides of a turn, teeth, holes, and the
+nudge.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The documents of the stability study: a page, a figure for each walk, and the numbers."""
+"""The documents of the stability study: a page, a figure for each walk, and the
+numbers.
+"""
 
 from __future__ import annotations
 
@@ -160,7 +162,9 @@ def stability_text(results: StabilityResults) -> str:
 
 
 def reliability_text(results: StabilityResults) -> str:
-    """Table with a row for each method: expected and true error in every bin of parts."""
+    """Table with a row for each method: expected and true error in every bin of
+    parts.
+    """
     bins = len(next(iter(results.reliability.values())))
     head = ["method, expected / true", *(f"bin {k + 1}" for k in range(bins))]
     rows = [
@@ -177,7 +181,9 @@ def reliability_text(results: StabilityResults) -> str:
 
 
 def walk_text(results: WalkResults) -> str:
-    """A line that says where methods differ most, and a table with a row for each method."""
+    """A line that says where methods differ most, and a table with a row for each
+    method.
+    """
     curves = {curve.method: curve.values for curve in results.curves}
     row, distance = spread(list(curves.values()))
     shares = {name: float(values[row]) for name, values in curves.items()}
@@ -186,10 +192,11 @@ def walk_text(results: WalkResults) -> str:
     steps = np.abs(np.diff(results.simulated.values))
     noise = _noise(results)
     summary = (
-        f"Watched: {results.walk.quantity}; {results.poses.min()} to {results.poses.max()} stable "
-        f"poses. The methods are farthest apart at {results.values[row]:.3g}: {_title(low)} "
-        f"{points(shares[low])} %, {_title(high)} {points(shares[high])} %, {points(distance)} points. "
-        f"The simulation's standard error is at most {points(noise.max(), 2)} points, its "
+        f"Watched: {results.walk.quantity}; {results.poses.min()} to "
+        f"{results.poses.max()} stable poses. The methods are farthest apart at "
+        f"{results.values[row]:.3g}: {_title(low)} {points(shares[low])} %, "
+        f"{_title(high)} {points(shares[high])} %, {points(distance)} points. The "
+        f"simulation's standard error is at most {points(noise.max(), 2)} points, its "
         f"largest step between neighbouring values {points(steps.max())}."
     )
     head = (
@@ -240,7 +247,9 @@ PAPER = "the paper's estimators and those before it"
 
 
 def draw_walk(results: WalkResults) -> Figure:
-    """Estimators of the paper on the left, newer ones on the right, the simulation in both."""
+    """Estimators of the paper on the left, newer ones on the right, the simulation in
+    both.
+    """
     walk = results.walk
     simulated = results.simulated
     paper = [

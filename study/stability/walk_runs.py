@@ -1,4 +1,6 @@
-"""Every estimator and the simulation along the walks; expected errors against true ones."""
+"""Every estimator and the simulation along the walks; expected errors against true
+ones.
+"""
 
 from __future__ import annotations
 
@@ -56,7 +58,9 @@ class Curve(NamedTuple):
 
 
 class SimulatedCurve(NamedTuple):
-    """The simulation along a walk: (k,) arrays; `low` and `high` bound 95 % intervals."""
+    """The simulation along a walk: (k,) arrays; `low` and `high` bound 95 %
+    intervals.
+    """
 
     values: Array
     low: Array
@@ -274,8 +278,8 @@ class ReliabilityBin(NamedTuple):
 def reliability(datasets: Sequence[Dataset]) -> dict[str, tuple[ReliabilityBin, ...]]:
     """Ten bins of parts for each estimator, and for a simulation of 100 drops.
 
-    Every part counts once at each restitution. The simulation's first 100 drops are judged by
-    the others.
+    Every part counts once at each restitution. The simulation's first 100 drops are
+    judged by the others.
     """
     expected: dict[str, list[float]] = {}
     squares: dict[str, list[Array]] = {}

@@ -36,7 +36,9 @@ ROCKING_BODY = (11, 335, 1.0)
 """Seed, number and shift of the random polyhedron that rocks over a low ridge."""
 
 NEAR = 0.3
-"""Radians within which the poses of a disturbed body count as one of the undisturbed's."""
+"""Radians within which the poses of a disturbed body count as one of the
+undisturbed's.
+"""
 
 
 def walks() -> list[Walk]:
@@ -216,7 +218,9 @@ def _plate() -> Part:
 
 
 def _favourite(part: Part) -> tuple[float, float, float]:
-    """Direction of the pose with the largest contact face's centroid solid angle: CSAE's."""
+    """Direction of the pose with the largest contact face's centroid solid angle:
+    CSAE's.
+    """
     from ros_pose_stats import estimate
 
     x, y, z = estimate(part, "combined").poses[0].down.tolist()
@@ -224,7 +228,9 @@ def _favourite(part: Part) -> tuple[float, float, float]:
 
 
 def _moved(vertices: Array, size: float) -> Array:
-    """Move vertices by normal numbers of this size, in the same directions for every size."""
+    """Move vertices by normal numbers of this size, in the same directions for every
+    size.
+    """
     return vertices + size * np.random.default_rng(1).standard_normal(vertices.shape)
 
 

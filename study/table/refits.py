@@ -1,9 +1,10 @@
 """The fitted numbers of the paper's estimators, fitted anew to a dataset.
 
-NQSE's coefficients and the weight of the combination enter linearly, so each fit is a small
-linear system made of sums over the poses, and a bootstrap over bodies costs little. The errors
-with the fitted numbers are on the drops that they were fitted to. With four numbers and the
-thousands of poses of a reference dataset they are too small by some 0.002 points.
+NQSE's coefficients and the weight of the combination enter linearly, so each fit is a
+small linear system made of sums over the poses, and a bootstrap over bodies costs
+little. The errors with the fitted numbers are on the drops that they were fitted to.
+With four numbers and the thousands of poses of a reference dataset they are too small
+by some 0.002 points.
 """
 
 from __future__ import annotations
@@ -23,7 +24,9 @@ from .table_results import Refit
 Array = NDArray[np.float64]
 
 FEWEST_BODIES = 20
-"""Least number of bodies; with fewer, some resamples do not determine four coefficients."""
+"""Least number of bodies; with fewer, some resamples do not determine four
+coefficients.
+"""
 
 
 def refits(

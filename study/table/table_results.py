@@ -53,7 +53,9 @@ class Row(NamedTuple):
 
 
 class CombinedRow(NamedTuple):
-    """Estimate and the first drops together, compared with all other drops; as in `Row`."""
+    """Estimate and the first drops together, compared with all other drops; as in
+    `Row`.
+    """
 
     title: str
     pooled: Accuracy
@@ -83,7 +85,8 @@ class Refit(NamedTuple):
 
 
 class Outlier(NamedTuple):
-    """One of the largest deviations of the combined estimator, and the result of more drops.
+    """One of the largest deviations of the combined estimator, and the result of more
+    drops.
 
     Attributes
     ----------

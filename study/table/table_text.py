@@ -20,10 +20,10 @@ def _sections(results: TableResults) -> Iterator[str]:
     yield (
         f"### Shift {spec.shift:g} ({spec.shift_moment}), {spec.bodies} bodies, "
         f"{spec.drops} drops of each, {spec.scene}\n\n"
-        "Errors in points, noise removed, ± standard error (bootstrap over bodies). `largest` "
-        "is the largest deviation from simulation, noise included: the paper's in "
-        f"{paper.DROPS} drops, here in the first {results.first} and in all. `hybrid` was given "
-        "the first drops and is held against the others."
+        "Errors in points, noise removed, ± standard error (bootstrap over bodies). "
+        "`largest` is the largest deviation from simulation, noise included: the "
+        f"paper's in {paper.DROPS} drops, here in the first {results.first} and in "
+        "all. `hybrid` was given the first drops and is held against the others."
     )
     yield _estimators(results)
     yield _noise(results)
@@ -35,8 +35,8 @@ def _sections(results: TableResults) -> Iterator[str]:
         )
     if results.calibration:
         yield (
-            f"Whether standard errors and 90 % intervals of {results.first} drops fit the "
-            f"other {spec.drops - results.first}:\n\n" + _calibration(results)
+            f"Whether standard errors and 90 % intervals of {results.first} drops fit "
+            f"the other {spec.drops - results.first}:\n\n" + _calibration(results)
         )
     if results.outliers:
         yield (
@@ -100,8 +100,9 @@ def _noise(results: TableResults) -> str:
         for restitution, noise in results.noise.items()
     )
     lines = [
-        f"Noise σ(p, s) of {paper.DROPS} drops: {with_error(*results.pooled_noise[:2])} points "
-        f"(paper {points(paper.NOISE, 2)}); {single}."
+        f"Noise σ(p, s) of {paper.DROPS} drops: "
+        f"{with_error(*results.pooled_noise[:2])} points (paper "
+        f"{points(paper.NOISE, 2)}); {single}."
     ]
     if results.sensitivity is not None:
         low = min(results.spec.restitutions)

@@ -19,19 +19,22 @@ from .cases import Case, by_index
 TARGETS = (0.05, 0.03, 0.02, 0.01)
 KEPT = 0.9
 TIMED_EVERY = 8
-"""`auto` is timed on every so many cases. Families and restitutions take turns, and their
-numbers have no common divisor with this one, so that all of them are among these cases."""
+"""`auto` is timed on every so many cases. Families and restitutions take turns, and
+their numbers have no common divisor with this one, so that all of them are among these
+cases.
+"""
 
 TIMED = (
-    "`auto(part, target)` on {} parts at three restitutions, on one thread. `kept`: share of the "
-    "cases whose true root mean square error over the poses is within the target, in %; the "
-    "truth is {} other drops, their noise taken off. Milliseconds are processor time a part "
-    "from a new `Part` on, poses and all, mean over one case in {}."
+    "`auto(part, target)` on {} parts at three restitutions, on one thread. `kept`: "
+    "share of the cases whose true root mean square error over the poses is within the "
+    "target, in %; the truth is {} other drops, their noise taken off. Milliseconds "
+    "are processor time a part from a new `Part` on, poses and all, mean over one case "
+    "in {}."
 )
 
 BY_FAMILY = (
-    "Share of the same cases of each family whose true error is within the target, in %. `error`: "
-    "standard error of a share of 90 % of so many cases. Not times."
+    "Share of the same cases of each family whose true error is within the target, in "
+    "%. `error`: standard error of a share of 90 % of so many cases. Not times."
 )
 
 

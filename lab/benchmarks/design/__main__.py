@@ -1,9 +1,9 @@
 """Judges derivatives by drops.
 
-python -m lab.benchmarks.design               two parts of each family and the demo parts
-python -m lab.benchmarks.design --each 1      one of each family
-python -m lab.benchmarks.design --write       writes docs/measured/design.md
-python -m lab.benchmarks.design --stored      the page, from what is stored
+python -m lab.benchmarks.design               two parts of each family and the demo
+parts python -m lab.benchmarks.design --each 1      one of each family python -m
+lab.benchmarks.design --write       writes docs/measured/design.md python -m
+lab.benchmarks.design --stored      the page, from what is stored
 """
 
 from __future__ import annotations

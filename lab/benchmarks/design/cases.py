@@ -1,4 +1,6 @@
-"""The parts of the study: of all families, prisms with a hidden insert, and the demo parts."""
+"""The parts of the study: of all families, prisms with a hidden insert, and the demo
+parts.
+"""
 
 from __future__ import annotations
 

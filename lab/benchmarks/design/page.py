@@ -19,8 +19,9 @@ KINDS = {"centre": "centre of mass", "stretch": "stretching", "face": "resting f
 def summarise_slopes(slopes: Sequence[Slope]) -> dict[str, float]:
     """Counts, signs and slopes of some cases.
 
-    `slope` is that of the estimated on the measured changes through the origin, with the noise of
-    the drops taken off; `held` the share of the cases in the 90 % interval of both errors.
+    `slope` is that of the estimated on the measured changes through the origin, with
+    the noise of the drops taken off; `held` the share of the cases in the 90 % interval
+    of both errors.
     """
     estimated, error, measured, noise = np.array(
         [slope[3:7] for slope in slopes], dtype=np.float64

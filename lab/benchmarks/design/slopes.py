@@ -20,14 +20,17 @@ CHOSEN = (("centre", 1), ("stretch", 1), ("face", 2))
 MOST_DROPS = 3000
 FEWEST_DROPS = 200
 SECONDS = 5.0
-"""Drops of each of two variants, and the time that those of one part may take together."""
+"""Drops of each of two variants, and the time that those of one part may take
+together.
+"""
 
 
 class Slope(NamedTuple):
-    """A change by one step, a twentieth of the radius, of one feature; shares as fractions.
+    """A change by one step, a twentieth of the radius, of one feature; shares as
+    fractions.
 
-    `estimated` and `measured` have standard errors; the change is half of that between a step to
-    one side and one to the other.
+    `estimated` and `measured` have standard errors; the change is half of that between
+    a step to one side and one to the other.
     """
 
     family: str

@@ -1,1 +1,3 @@
-"""Speed and soundness of drops: `python -m lab.benchmarks.drops [--quick] [--write]`."""
+"""Speed and soundness of drops: `python -m lab.benchmarks.drops [--quick]
+[--write]`.
+"""

@@ -1,4 +1,6 @@
-"""Drops a second: on one core, with several workers, and against the number of vertices."""
+"""Drops a second: on one core, with several workers, and against the number of
+vertices.
+"""
 
 from __future__ import annotations
 
@@ -21,14 +23,15 @@ def rates(droppers: Sequence[Dropper], drops: int, pace: Pace) -> Section:
     """A row for each restitution; every body is dropped as often."""
     corners = [dropper.vertices for dropper in droppers]
     timed = (
-        f"{len(droppers)} random polyhedra as in the paper: hulls of 4 normally distributed "
-        "points and as many more as a coin of 0.1 fails before its first success, homogeneous, "
-        "at least two stable faces; "
-        f"{min(corners)} to {max(corners)} vertices, {fmean(corners):.1f} on average. Cluster "
-        "tolerance 0, release 20 radii up. Timed is what one worker does, on one thread and "
-        f"warm: making random starting directions and dropping, {drops} drops of each body a "
-        "round, others each round. `drops/s` is the median over the rounds, `best` the fastest "
-        "one. `steps` are those of the motion between impacts."
+        f"{len(droppers)} random polyhedra as in the paper: hulls of 4 normally "
+        "distributed points and as many more as a coin of 0.1 fails before its first "
+        "success, homogeneous, at least two stable faces; "
+        f"{min(corners)} to {max(corners)} vertices, {fmean(corners):.1f} on average. "
+        "Cluster tolerance 0, release 20 radii up. Timed is what one worker does, on "
+        f"one thread and warm: making random starting directions and dropping, {drops} "
+        "drops of each body a round, others each round. `drops/s` is the median over "
+        "the rounds, `best` the fastest one. `steps` are those of the motion between "
+        "impacts."
     )
     return Section(
         "drop_rates",
@@ -100,13 +103,14 @@ STEPS = "steps a drop"
 EACH = "µs an event"
 
 GROWTH = (
-    f"Restitution {RESTITUTION}, release 20 radii up. `ellipsoid`: random points on one of axes "
-    "1, 0.7, 0.5, at the cluster tolerance of the row: the more facets, the lower the barriers "
-    "between those that are stable, and at tolerance 0 a drop goes on until the last one is "
-    "decided. The others, from `lab/bodies/curved.py`, have six flats that stay the only "
-    "stable faces however fine the rest becomes (the smallest flattened ellipsoids have a few "
-    "more), cluster tolerance 0.005. `events` are impacts and steps of the motion between them. "
-    "Time of dropping on one thread, the median over rounds of other drops."
+    f"Restitution {RESTITUTION}, release 20 radii up. `ellipsoid`: random points on "
+    "one of axes 1, 0.7, 0.5, at the cluster tolerance of the row: the more facets, "
+    "the lower the barriers between those that are stable, and at tolerance 0 a drop "
+    "goes on until the last one is decided. The others, from `lab/bodies/curved.py`, "
+    "have six flats that stay the only stable faces however fine the rest becomes (the "
+    "smallest flattened ellipsoids have a few more), cluster tolerance 0.005. `events` "
+    "are impacts and steps of the motion between them. Time of dropping on one thread, "
+    "the median over rounds of other drops."
 )
 
 

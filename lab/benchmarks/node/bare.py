@@ -1,4 +1,6 @@
-"""The cost of rclpy itself: a process with an empty service, which the benchmark starts."""
+"""The cost of rclpy itself: a process with an empty service, which the benchmark
+starts.
+"""
 
 from __future__ import annotations
 

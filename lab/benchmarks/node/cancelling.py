@@ -19,11 +19,12 @@ from .spread import p99
 CANCELLING_BOUND = 100.0  # milliseconds
 
 CANCELLING_TIMED = (
-    "A drop simulation on {} workers, cancelled some time after its first drops. `answer`: from "
-    "the call of `cancel_drop_simulation`, or the action's cancel request, to its answer; `end`: "
-    "from the same call until `get_drop_simulation` says CANCELLED, or the action's result is "
-    "there, with what was done in it and on disk. Milliseconds; the bound is {:g} ms, held "
-    "against the 99th percentile, of fewer than 100 runs the largest."
+    "A drop simulation on {} workers, cancelled some time after its first drops. "
+    "`answer`: from the call of `cancel_drop_simulation`, or the action's cancel "
+    "request, to its answer; `end`: from the same call until `get_drop_simulation` "
+    "says CANCELLED, or the action's result is there, with what was done in it and on "
+    "disk. Milliseconds; the bound is {:g} ms, held against the 99th percentile, of "
+    "fewer than 100 runs the largest."
 )
 
 
@@ -64,7 +65,9 @@ def cancelling(client: Client, parts: dict[str, str], runs: int) -> Section:
 
 
 def _pause(run: int) -> float:
-    """Seconds before a cancel, different ones, so that it comes anywhere in a chunk of drops."""
+    """Seconds before a cancel, different ones, so that it comes anywhere in a chunk of
+    drops.
+    """
     return 0.05 + 0.0137 * (run % 8)
 
 

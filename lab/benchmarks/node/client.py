@@ -1,4 +1,6 @@
-"""A client that takes little time itself: raw subscriptions, spun in the calling thread."""
+"""A client that takes little time itself: raw subscriptions, spun in the calling
+thread.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ OWN = "/pose_stats"
 
 
 def quiet() -> PublisherEventCallbacks:
-    """Callbacks without warnings about readers of latched meshes only; the node has both kinds."""
+    """Callbacks without warnings about readers of latched meshes only; the node has
+    both kinds.
+    """
     return PublisherEventCallbacks(incompatible_qos=lambda _: None)
 
 

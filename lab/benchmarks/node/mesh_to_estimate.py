@@ -1,4 +1,6 @@
-"""Time from the publishing of a mesh to the latched estimate, beside that of subscriptions."""
+"""Time from the publishing of a mesh to the latched estimate, beside that of
+subscriptions.
+"""
 
 from __future__ import annotations
 
@@ -32,14 +34,15 @@ LIBRARY = "library"
 
 TIMED = (
     "From the publishing of an already serialised mesh to the arrival of its latched "
-    "`PoseStatistics`, another mesh each time (larger by a millionth), so nothing is answered "
-    "from memory. `PartMesh` has flat arrays; `shape_msgs/Mesh` comes on a topic of "
-    "`mesh_topics`; with a new name the part's publisher is new as well and has to be found by "
-    "the subscriber. `hull`: `scipy.spatial.ConvexHull` of the same vertices in the client's "
-    "process, in turns with the messages; `beyond the hull` is the median difference. "
-    "`library`: `part_from_mesh` and `estimate` there, without messages, bag and process. All "
-    "vertices of a rounded box are on the hull, half of those of a ring. The 99th percentile "
-    "of fewer than 100 runs is the largest."
+    "`PoseStatistics`, another mesh each time (larger by a millionth), so nothing is "
+    "answered from memory. `PartMesh` has flat arrays; `shape_msgs/Mesh` comes on a "
+    "topic of `mesh_topics`; with a new name the part's publisher is new as well and "
+    "has to be found by the subscriber. `hull`: `scipy.spatial.ConvexHull` of the same "
+    "vertices in the client's process, in turns with the messages; `beyond the hull` "
+    "is the median difference. `library`: `part_from_mesh` and `estimate` there, "
+    "without messages, bag and process. All vertices of a rounded box are on the hull, "
+    "half of those of a ring. The 99th percentile of fewer than 100 runs is the "
+    "largest."
 )
 
 
@@ -67,7 +70,9 @@ def _scale(body: Body) -> list[Contender]:
 
 
 def senders(client: Client, body: Body, names: Sequence[str]) -> Iterator[Contender]:
-    """Contenders through the node; their topics and, but for new names, parts are known to it."""
+    """Contenders through the node; their topics and, but for new names, parts are known
+    to it.
+    """
     numbers = count()
     for name in names:
         topic = CAD_TOPIC if name == STANDARD else PART_TOPIC
@@ -137,7 +142,9 @@ def part_mesh_bytes(
 
 
 def mesh_bytes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> bytes:
-    """A `shape_msgs/Mesh`, serialised without an object for each vertex and triangle."""
+    """A `shape_msgs/Mesh`, serialised without an object for each vertex and
+    triangle.
+    """
     head = struct.pack("<I", len(triangles)) + triangles.astype("<u4").tobytes()
     head += struct.pack("<I", len(vertices))
     head += bytes(-len(head) % 8)

@@ -1,4 +1,6 @@
-"""Processes that say `ready`, the node or the bare one beside it, and their start and end."""
+"""Processes that say `ready`, the node or the bare one beside it, and their start and
+end.
+"""
 
 from __future__ import annotations
 
@@ -133,7 +135,9 @@ def bare() -> Child:
 
 @contextmanager
 def surroundings() -> Iterator[Path]:
-    """Set up the environment of this process and its children, and yield an empty folder."""
+    """Set up the environment of this process and its children, and yield an empty
+    folder.
+    """
     with (
         tempfile.TemporaryDirectory(prefix="ros_pose_stats_") as name,
         _domain() as domain,
@@ -151,7 +155,9 @@ def surroundings() -> Iterator[Path]:
 
 @contextmanager
 def _domain() -> Iterator[int]:
-    """Reserve a domain that nobody else on this machine uses; `domain_id` hides an OSError."""
+    """Reserve a domain that nobody else on this machine uses; `domain_id` hides an
+    OSError.
+    """
     reserved = domain_id()
     number = reserved.__enter__()
     try:
@@ -166,10 +172,11 @@ def cores() -> int:
 
 
 TIMED = (
-    "From starting the process, its kernels compiled before, to the line that says `ready`; to "
-    "the first answer of a service to a client that waits for it, which includes that the "
-    "middleware of the two finds each other; and from SIGINT to the end. `bare`: a process that "
-    "imports rclpy and the messages and has one service, in turns with the node. Seconds."
+    "From starting the process, its kernels compiled before, to the line that says "
+    "`ready`; to the first answer of a service to a client that waits for it, which "
+    "includes that the middleware of the two finds each other; and from SIGINT to the "
+    "end. `bare`: a process that imports rclpy and the messages and has one service, "
+    "in turns with the node. Seconds."
 )
 NODE = "node"
 BARE = "bare"

@@ -1,4 +1,6 @@
-"""Round trips of the services while the node is idle, and while it drops on every core."""
+"""Round trips of the services while the node is idle, and while it drops on every
+core.
+"""
 
 from __future__ import annotations
 
@@ -23,17 +25,17 @@ BARE = "bare rclpy service"
 NEW = "new_mesh"
 
 TIMED = (
-    "Round trip of a call from this process, nothing else asked meanwhile; the calls take turns. "
-    "`full load`: a drop simulation of the clamp runs on {workers} workers, as many as there are "
-    "cores; what is started meanwhile waits in the queue and is cancelled. `get`, `list` and "
-    "`start` stand for `get_drop_simulation`, `list_drop_simulations` and "
-    "`start_drop_simulation`. The carried part has flat arrays of {triangles} triangles, in `new "
-    "mesh` others each time. `"
+    "Round trip of a call from this process, nothing else asked meanwhile; the calls "
+    "take turns. `full load`: a drop simulation of the clamp runs on {workers} "
+    "workers, as many as there are cores; what is started meanwhile waits in the queue "
+    "and is cancelled. `get`, `list` and `start` stand for `get_drop_simulation`, "
+    "`list_drop_simulations` and `start_drop_simulation`. The carried part has flat "
+    "arrays of {triangles} triangles, in `new mesh` others each time. `"
     + BARE
     + "`: an empty service in a process of its own, by which "
-    "the others are divided, round by round. The bounds are {start:g} ms for a start and "
-    "{others:g} ms for the others, held against the 99th percentile; they are meant for disks on "
-    "which a sync takes at most 2 ms, see above."
+    "the others are divided, round by round. The bounds are {start:g} ms for a start "
+    "and {others:g} ms for the others, held against the 99th percentile; they are "
+    "meant for disks on which a sync takes at most 2 ms, see above."
 )
 
 
@@ -89,7 +91,9 @@ def bare_call(calls: Calls) -> Contender:
 def _contenders(
     client: Client, parts: Known, job_id: str, drops: int
 ) -> list[Contender]:
-    """All calls in the order of the table; `drops` are those of a job that is started."""
+    """All calls in the order of the table; `drops` are those of a job that is
+    started.
+    """
     calls = Calls(client)
     part_id = parts.part_id
     body = parts.carried
@@ -123,7 +127,8 @@ OTHERS = 50.0  # milliseconds
 
 
 class Calls:
-    """Maker of contenders; before each call the effect of the last one is undone, untimed.
+    """Maker of contenders; before each call the effect of the last one is undone,
+    untimed.
 
     Parameters
     ----------

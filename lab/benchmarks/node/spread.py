@@ -30,7 +30,9 @@ def p99(seconds: Sequence[float]) -> float:
 
 
 def spread(seconds: Sequence[float]) -> dict[str, Cell]:
-    """Cells of a table: how many, and least, median and 99th percentile in milliseconds."""
+    """Cells of a table: how many, and least, median and 99th percentile in
+    milliseconds.
+    """
     return {
         "runs": len(seconds),
         "least, ms": 1e3 * min(seconds),
@@ -40,7 +42,9 @@ def spread(seconds: Sequence[float]) -> dict[str, Cell]:
 
 
 def beyond(seconds: Sequence[float], others: Sequence[float]) -> float:
-    """Median over the rounds of one time less another of the same round, in milliseconds."""
+    """Median over the rounds of one time less another of the same round, in
+    milliseconds.
+    """
     return 1e3 * median(
         seconds_of - baseline
         for seconds_of, baseline in zip(seconds, others, strict=False)

@@ -1,1 +1,3 @@
-"""Fit of the expected errors of the estimators, and their comparison with true errors."""
+"""Fit of the expected errors of the estimators, and their comparison with true
+errors.
+"""

@@ -1,4 +1,5 @@
-"""Fits the expected errors of the estimators, and compares them with true ones on new bodies.
+"""Fits the expected errors of the estimators, and compares them with true ones on new
+bodies.
 
 .venv/bin/python -m lab.training.expected_errors [--write]
 """

@@ -2,10 +2,10 @@
 
 The mean square error of each sample of `lab/training/split/samples.npz`, over its scale
 (`estimators.fitted`), is a smooth function of inputs that need no simulation
-(`estimators.fitted`). A square error scatters by about its own size. So the likelihood is
-that of an exponential distribution, whose mean is the expected square error plus the noise of the
-drops. How much parts of which the same is expected scatter beyond that is one number a method,
-fitted with the means as they are.
+(`estimators.fitted`). A square error scatters by about its own size. So the likelihood
+is that of an exponential distribution, whose mean is the expected square error plus the
+noise of the drops. How much parts of which the same is expected scatter beyond that is
+one number a method, fitted with the means as they are.
 """
 
 from __future__ import annotations
@@ -41,7 +41,9 @@ RESTITUTIONS = (0.2, 0.5, 0.8)
 UNITS = 6
 RIDGE = 1e-4
 ITERATIONS = 400
-"""Hidden units; ridge (weight of the squares of all coefficients, for standardised inputs)."""
+"""Hidden units; ridge (weight of the squares of all coefficients, for standardised
+inputs).
+"""
 
 WIDTHS = (0.01, 3.0)
 """Of the scatter."""
@@ -54,7 +56,9 @@ CONSTANT = 1e-6
 
 
 def usual_errors() -> dict[str, Array]:
-    """Root mean square error (3,) over the parts of the reference datasets, by method."""
+    """Root mean square error (3,) over the parts of the reference datasets, by
+    method.
+    """
     squares: dict[tuple[str, float], list[Array]] = {}
     for dataset in shipped_datasets():
         estimates = scene_estimates(dataset, restings(dataset))
@@ -100,7 +104,9 @@ def fit_errors(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
 
 
 def _fit_scatter(samples: ErrorSamples, expected: Array) -> float:
-    """Standard deviation of the logarithm of the square errors over the expected ones (U,)."""
+    """Standard deviation of the logarithm of the square errors over the expected ones
+    (U,).
+    """
     half = 0.5 * samples.freedom
 
     def unlikely(width: float) -> float:

@@ -29,21 +29,25 @@ RATIO = 1.2
 
 TWICE = 3.0
 KEPT = (88.0, 93.0)
-"""Per cent of the parts whose true error may be more than twice the expected one, and of those
-whose largest error is to be within its bound."""
+"""Per cent of the parts whose true error may be more than twice the expected one, and
+of those whose largest error is to be within its bound.
+"""
 
 HEIGHTS = ((0.0, 1.0), (1.0, 2.0), (2.0, 5.0), (5.0, 19.0), (19.0, math.inf))
 BOUNCES = ((0.0, 0.35), (0.35, 0.65), (0.65, 0.9), (0.9, 1.0))
-"""Classes of drop heights, in radii, and of restitutions; the second bound is left out."""
+"""Classes of drop heights, in radii, and of restitutions; the second bound is left
+out.
+"""
 
 BY_FAMILY = (
-    "Root mean squares over the poses, in points, of what {} expects of its errors and of the "
-    "true ones, the drops' own noise taken off, and true over expected: new bodies, dropped from "
-    "20 and from 2 radii at restitution 0.2, 0.5 and 0.8 and in scenes drawn from all. `twice`: "
-    "per cent of the parts and scenes whose square error is more than four times the expected "
-    "one, noise included in both. `kept`: per cent of those whose largest error is within the "
-    "bound of 90 %, likewise. The fit knows other bodies of these families, but for fine "
-    "ellipsoids, of which it has seen none. Not times."
+    "Root mean squares over the poses, in points, of what {} expects of its errors and "
+    "of the true ones, the drops' own noise taken off, and true over expected: new "
+    "bodies, dropped from 20 and from 2 radii at restitution 0.2, 0.5 and 0.8 and in "
+    "scenes drawn from all. `twice`: per cent of the parts and scenes whose square "
+    "error is more than four times the expected one, noise included in both. `kept`: "
+    "per cent of those whose largest error is within the bound of 90 %, likewise. The "
+    "fit knows other bodies of these families, but for fine ellipsoids, of which it "
+    "has seen none. Not times."
 )
 BY_SCENE = (
     "The same for all families together, by drop height in radii and by restitution."

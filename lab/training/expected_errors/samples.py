@@ -1,4 +1,6 @@
-"""Square errors of all methods on bodies of many families, with the inputs of the fit."""
+"""Square errors of all methods on bodies of many families, with the inputs of the
+fit.
+"""
 
 from __future__ import annotations
 
@@ -120,7 +122,9 @@ def counted(row: Sample) -> tuple[Array, float]:
 
 
 def freedom(share: Array) -> float:
-    """Squares of independent numbers that a sum of the squares of multinomial errors is like."""
+    """Squares of independent numbers that a sum of the squares of multinomial errors is
+    like.
+    """
     covariance = np.diag(share) - np.outer(share, share)
     squares = float(np.square(covariance).sum())
     return float(np.trace(covariance)) ** 2 / squares if squares > 0.0 else 1.0

@@ -1,1 +1,3 @@
-"""The fit of the split estimator to drops of many families of bodies, and its judgement."""
+"""The fit of the split estimator to drops of many families of bodies, and its
+judgement.
+"""

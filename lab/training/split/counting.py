@@ -1,7 +1,7 @@
 """Counts the drops of all bodies, in parts that an interruption leaves whole.
 
-A part holds a few bodies of one family. Parts come in turn from all families, so that those that
-are there at any moment are of every kind.
+A part holds a few bodies of one family. Parts come in turn from all families, so that
+those that are there at any moment are of every kind.
 """
 
 from __future__ import annotations
@@ -60,7 +60,9 @@ RANDOM_SCENES = {FIT_SEED: 3, JUDGE_SEED: 2}
 
 LOWEST_DROP = 0.5
 HIGHEST_DROP = 100.0
-"""Drop heights, in radii; from the lowest most bodies are released touching the plate."""
+"""Drop heights, in radii; from the lowest most bodies are released touching the
+plate.
+"""
 
 BOUNCY = 0.95
 HIGHEST_RESTITUTION = 0.99

@@ -1,4 +1,6 @@
-"""The fit of `split`: its loss is the likelihood of the counts and the paper's square error."""
+"""The fit of `split`: its loss is the likelihood of the counts and the paper's square
+error.
+"""
 
 from __future__ import annotations
 
@@ -142,7 +144,8 @@ def _batch(table: Table, mean: Single, scale: Single) -> Batch:
 def loss_slopes(
     values: Array, batch: Batch, units: tuple[int, int], ridge: float
 ) -> tuple[float, Array]:
-    """Mean loss of a batch with the ridge, and its gradient by the coefficients of both networks.
+    """Mean loss of a batch with the ridge, and its gradient by the coefficients of both
+    networks.
 
     The networks are computed in single precision.
     """

@@ -59,7 +59,9 @@ def write_samples(samples: Iterable[Sample], file: Path = FILE) -> None:
 
 
 def read_samples(file: Path = FILE) -> list[Sample]:
-    """Read samples in the order of the file, where all scenes of a body follow each other."""
+    """Read samples in the order of the file, where all scenes of a body follow each
+    other.
+    """
     with np.load(file) as archive:
         columns = {name: archive[name] for name in archive.files}
     counts = np.split(

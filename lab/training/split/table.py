@@ -21,7 +21,9 @@ Index = NDArray[np.int64]
 
 LEAST_DROPS = 50
 MOST_UNSETTLED = 0.01
-"""Samples with fewer settled drops, or with a larger share that met the step cap, are left out."""
+"""Samples with fewer settled drops, or with a larger share that met the step cap, are
+left out.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +126,9 @@ def is_usable(row: Sample) -> bool:
 
 
 def split_children(resting: RestingPoses) -> Index:
-    """Children (K, 2) of the splits, numbered within the part: leaves first, then splits."""
+    """Children (K, 2) of the splits, numbered within the part: leaves first, then
+    splits.
+    """
     tree = resting.equilibria.arrays.tree
     grouped = resting.clusters
     faces = resting.equilibria.order.shape[0]

@@ -34,7 +34,9 @@ def size_of_bags(folder: Path) -> int:
 
 
 def a_disk_that_fills(setting: Setting) -> Outcome:
-    """Fifty new meshes of 30 kB a second, of one part, with a bound of 3 MB on all bags."""
+    """Fifty new meshes of 30 kB a second, of one part, with a bound of 3 MB on all
+    bags.
+    """
     bound = 3_000_000
     number = setting.of(750, 300)
     largest = 0

@@ -22,11 +22,14 @@ from ..cell import WEDGE, MeshPublisher, flat, tried_node
 from ..frame import Trial, judged
 
 LATER = {"known": 0.05, "small": 0.1}
-"""Seconds by which a known part's and a small new mesh's median answer may come later, beside
-what they take alone: machines differ and are shared."""
+"""Seconds by which a known part's and a small new mesh's median answer may come later,
+beside what they take alone: machines differ and are shared.
+"""
 
 MOST_SECONDS = 0.05
-"""Within which 99 of 100 answers about a known part come, on a machine that does nothing else."""
+"""Within which 99 of 100 answers about a known part come, on a machine that does
+nothing else.
+"""
 
 UNHEARD_SECONDS = 0.1
 """By which an answer that cannot be delivered holds everybody up."""
@@ -72,7 +75,9 @@ def mesh_under_check(client, make):
 
 @contextmanager
 def queued_requests(client, count):
-    """Somebody else asks for so many estimates, which are answered before those who ask later."""
+    """Somebody else asks for so many estimates, which are answered before those who ask
+    later.
+    """
     other = subprocess.Popen(
         [sys.executable, "-c", CROWD, client.prefix, str(count)], stdout=subprocess.PIPE
     )
@@ -87,7 +92,9 @@ def queued_requests(client, count):
 
 @contextmanager
 def deaf_client(client, rate):
-    """Somebody asks for what the node cannot send: its answers would have to be latched."""
+    """Somebody asks for what the node cannot send: its answers would have to be
+    latched.
+    """
     deaf = client.node.create_client(
         SERVICES["estimate"],
         f"{client.prefix}/estimate",
@@ -110,7 +117,9 @@ def deaf_client(client, rate):
 
 @contextmanager
 def stopped_subscribers(client, count):
-    """Somebody subscribes to what is latched and is stopped, so that nothing is taken."""
+    """Somebody subscribes to what is latched and is stopped, so that nothing is
+    taken.
+    """
     others = [
         subprocess.Popen(
             [sys.executable, "-c", SUBSCRIBER, client.prefix], stdout=subprocess.PIPE
@@ -149,7 +158,9 @@ def many_outlines(client, heights, at_once):
 
 
 def _latencies(client, name, calls):
-    """Seconds that estimates of a known part, or of small new meshes, take one by one."""
+    """Seconds that estimates of a known part, or of small new meshes, take one by
+    one.
+    """
     seconds = []
     for _ in range(calls):
         fields = (
@@ -169,7 +180,9 @@ def _latencies(client, name, calls):
 
 
 def _beside(setting, trouble, stall=0.0):
-    """How much later others are answered beside some trouble, which may stop all for a while."""
+    """How much later others are answered beside some trouble, which may stop all for a
+    while.
+    """
     calls = setting.of(CALLS, 30)
     kept = {}
     words = []

@@ -1,4 +1,6 @@
-"""Pipes and devices in the place of files, and small files that stand for far too much."""
+"""Pipes and devices in the place of files, and small files that stand for far too
+much.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ REFUSED_TIME = "the node goes on: ValueError: Seconds value must not be negative
 
 
 def pipes_and_bombs_as_plates(setting: Setting) -> Outcome:
-    """A node beside a run with a pipe, whose plates are a pipe, a device and bombs of YAML."""
+    """A node beside a run with a pipe, whose plates are a pipe, a device and bombs of
+    YAML.
+    """
     run = setting.folder / "bags" / "pose_stats_20260202T024000_000000_42"
     run.mkdir(parents=True)
     os.mkfifo(run / f"{run.name}_1.mcap")
@@ -61,7 +65,9 @@ def pipes_and_bombs_as_plates(setting: Setting) -> Outcome:
 
 
 def bombs_of_3mf(setting: Setting) -> Outcome:
-    """3MF files of some kB to 1 MB: expanded text, components of components, a long chain."""
+    """3MF files of some kB to 1 MB: expanded text, components of components, a long
+    chain.
+    """
     mesh = (
         '<object id="1"><mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/>'
         '<vertex x="0" y="1" z="0"/></vertices><triangles><triangle v1="0" v2="1" v3="2"/>'

@@ -35,7 +35,8 @@ def many_large_parts(setting: Setting) -> Outcome:
     return judged(
         2 * half,
         f"{grown / MEGABYTE:.0f} MiB more for a bound of "
-        f"{bound / MEGABYTE:.0f}, then {later / MEGABYTE:.0f}, {part_count} parts known",
+        f"{bound / MEGABYTE:.0f}, then {later / MEGABYTE:.0f}, {part_count} parts "
+        "known",
         bounded=grown < 5 * bound,
         no_more_comes=later < bound,
         some_are_known=part_count > 0,
@@ -87,7 +88,9 @@ def waiting_requests(setting: Setting) -> Outcome:
 
 
 def a_flood_of_meshes(setting: Setting) -> Outcome:
-    """A thousand meshes of eight parts as fast as can be, while somebody asks and is answered."""
+    """A thousand meshes of eight parts as fast as can be, while somebody asks and is
+    answered.
+    """
     number = setting.of(1000, 300)
     vertices, triangles = ROUND
     surfaces = [((1.0 + 1e-3 * k) * vertices, triangles) for k in range(number)]
@@ -109,8 +112,8 @@ def a_flood_of_meshes(setting: Setting) -> Outcome:
         recorded_meshes = len(raw_of(setting.folder, on_topic("part_mesh"))) - 1
     return judged(
         number,
-        f"{recorded_meshes} taken, {values['overrun']} told as overrun, {requests} calls "
-        f"answered meanwhile, {grown / MEGABYTE:.0f} MiB more at most",
+        f"{recorded_meshes} taken, {values['overrun']} told as overrun, {requests} "
+        f"calls answered meanwhile, {grown / MEGABYTE:.0f} MiB more at most",
         bounded=grown < 400 * MEGABYTE,
         none_refused=values["refused"] == 0,
         each_is_taken_or_told=recorded_meshes + values["overrun"] == number,

@@ -1,4 +1,6 @@
-"""Command line of the fuzz: meshes, objects of any kind, large meshes, messages to a node."""
+"""Command line of the fuzz: meshes, objects of any kind, large meshes, messages to a
+node.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ INPUTS = 270
 
 SHORT = 0.2
 THOROUGH_EVERY = 5
-"""One input of so many is asked about at every tolerance and given in other ways too."""
+"""One input of so many is asked about at every tolerance and given in other ways
+too.
+"""
 
 
 def inputs_of(kind: str, watched: Watched) -> Callable[[Setting], Outcome]:
@@ -37,8 +41,8 @@ def inputs_of(kind: str, watched: Watched) -> Callable[[Setting], Outcome]:
             compared.update([tried.compared] * bool(tried.compared))
             if tried.faults:
                 outcome.broken.append(
-                    f"{'; '.join(tried.faults)[:250]}: python -m lab.trials.fuzz --only '{kind}' "
-                    f"--seed {tried.seed} --size 0"
+                    f"{'; '.join(tried.faults)[:250]}: python -m lab.trials.fuzz "
+                    f"--only '{kind}' --seed {tried.seed} --size 0"
                 )
         if outcome.tried > 200 and not accepted and KINDS[kind].fate != "refused":
             outcome.broken.append("none is taken, so nothing is tried")

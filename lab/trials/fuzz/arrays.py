@@ -1,6 +1,8 @@
-"""Arrays that are no mesh, or hardly one: values, indices, shapes and types that do not fit.
+"""Arrays that are no mesh, or hardly one: values, indices, shapes and types that do not
+fit.
 
-Each maker takes a random generator and gives what is handed over as vertices and triangles.
+Each maker takes a random generator and gives what is handed over as vertices and
+triangles.
 """
 
 from __future__ import annotations
@@ -192,7 +194,9 @@ PIECES = (
     *NUMBERS,
 )
 KNOWN_FAULTS_SPARED = True
-"""Signalling NaN and complex numbers in lists; see `tests/contract/library/test_door.py`."""
+"""Signalling NaN and complex numbers in lists; see
+`tests/contract/library/test_door.py`.
+"""
 
 TYPES = (
     "b",

@@ -1,7 +1,7 @@
 """What must hold for every part that is taken, checked on all its answers.
 
-Each check yields what is wrong, a line each; nothing where all is well. Equilibria and faces are
-looked at through `resting_poses`.
+Each check yields what is wrong, a line each; nothing where all is well. Equilibria and
+faces are looked at through `resting_poses`.
 """
 
 from __future__ import annotations
@@ -26,15 +26,21 @@ TOLERANCES = (0.0, 0.0025)
 DROPS = 3
 
 MARGINAL = 1e-8
-"""A foot this close to a side or a corner, in radii, may be on it: ten times what counts so."""
+"""A foot this close to a side or a corner, in radii, may be on it: ten times what
+counts so.
+"""
 
 SAME_HEIGHT = 1e-6
 SAME_LEVEL = 1e-10
-"""Heights of poses and levels of saddles this close, in radii, may come in either order."""
+"""Heights of poses and levels of saddles this close, in radii, may come in either
+order.
+"""
 
 
 def faults(part: Part, seed: int, thorough: bool) -> Iterator[str]:
-    """Everything that is wrong with the answers about a part, at one tolerance or at all."""
+    """Everything that is wrong with the answers about a part, at one tolerance or at
+    all.
+    """
     yield from equilibria_faults(part)
     for tolerance in TOLERANCES if thorough else (TOLERANCES[seed % 2],):
         resting = resting_poses(part, tolerance)
@@ -49,8 +55,8 @@ def faults(part: Part, seed: int, thorough: bool) -> Iterator[str]:
 def marginal(equilibria: Any) -> float:
     """Distance of the nearest foot from a side or corner, in radii.
 
-    At 0 an equilibrium is about to vanish: a stable face and a saddle, or a saddle and an
-    unstable corner.
+    At 0 an equilibrium is about to vanish: a stable face and a saddle, or a saddle and
+    an unstable corner.
     """
     arrays = equilibria.body.arrays
     return float(
@@ -62,7 +68,8 @@ def marginal(equilibria: Any) -> float:
 
 
 def roughness(body: Any) -> float:
-    """How far hull points are off the nearest of the faces, and corners off their own, in radii.
+    """How far hull points are off the nearest of the faces, and corners off their own,
+    in radii.
 
     0 but for rounding, unless triangles were merged that are not quite coplanar.
     """
@@ -96,8 +103,9 @@ def equilibria_faults(part: Part) -> Iterator[str]:
     if poincare_hopf != 2 and marginal(equilibria) > MARGINAL:
         yield f"S - H + U is {poincare_hopf}, and no foot is near a side"
     body = equilibria.body
-    # Corners off their merged faces move the sides, by that over the sine of the angle between
-    # the faces, which are seen from their distance; never by more than a few tolerances.
+    # Corners off their merged faces move the sides, by that over the sine of the angle
+    # between the faces, which are seen from their distance; never by more than a few
+    # tolerances.
     rough = roughness(body)
     corner_gap = 0.0 if rough < 1e-15 else min(10.0 * body.tolerance, 2000.0 * rough)
     allowed = 1e-9 + (corner_gap + 1e-14) / float(body.arrays.distance.min())
@@ -107,7 +115,9 @@ def equilibria_faults(part: Part) -> Iterator[str]:
 
 
 def pose_faults(resting: Any) -> Iterator[str]:
-    """Poses by rising height, with finite lengths above 0, each stable face in one of them."""
+    """Poses by rising height, with finite lengths above 0, each stable face in one of
+    them.
+    """
     poses = resting.poses
     radius = resting.body.radius
     for name in ("height", "top", "margin", "barrier", "spread"):
@@ -134,7 +144,9 @@ def pose_faults(resting: Any) -> Iterator[str]:
 
 
 def graph_faults(resting: Any) -> Iterator[str]:
-    """EAE and MEAE fall apart at the same saddles; shares and levels are what they must be."""
+    """EAE and MEAE fall apart at the same saddles; shares and levels are what they must
+    be.
+    """
     slack = 2.0 * SAME_LEVEL * resting.body.radius
     trees = [list(splitting_graph(resting, function).walk()) for function in ("r", "R")]
     for node_of_r, node_of_R in zip(*trees, strict=True):
@@ -188,8 +200,8 @@ def drop_faults(part: Part, seed: int) -> Iterator[str]:
     counted = sum(pose.count for pose in answer.poses)
     if counted + answer.unsettled != DROPS or answer.drops != DROPS:
         yield (
-            f"{answer.drops} drops, {counted} settled and {answer.unsettled} not, out of "
-            f"{DROPS}"
+            f"{answer.drops} drops, {counted} settled and {answer.unsettled} not, out "
+            f"of {DROPS}"
         )
     if min(pose.count for pose in answer.poses) < 0:
         yield "a count below 0"

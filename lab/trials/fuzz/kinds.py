@@ -18,7 +18,8 @@ Fate = Literal["taken", "refused", "either"]
 
 
 class Kind(NamedTuple):
-    """How inputs are made, what must become of each, and what else is given with the mesh.
+    """How inputs are made, what must become of each, and what else is given with the
+    mesh.
 
     `same`: the body is the same to rounding when it is given differently.
     """
@@ -85,7 +86,9 @@ KINDS: dict[str, Kind] = {
 
 
 def case(kind: str, seed: int) -> tuple[Any, Any, dict[str, Any]]:
-    """Vertices, triangles and options of the input with a seed; the same in every process."""
+    """Vertices, triangles and options of the input with a seed; the same in every
+    process.
+    """
     random = np.random.default_rng([crc32(kind.encode()), seed])
     chosen = KINDS[kind]
     vertices, triangles = chosen.make(random)

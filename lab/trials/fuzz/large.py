@@ -17,7 +17,9 @@ from .watched import Tried, Watched
 
 TRIANGLES = 100_000
 BOUND = 60.0
-"""Seconds that any of them may take to be made, taken as a part and estimated nine times."""
+"""Seconds that any of them may take to be made, taken as a part and estimated nine
+times.
+"""
 
 NO_PARTS = {"coincident", "flat"}
 
@@ -124,7 +126,9 @@ def attempt_large(name: str, triangles: int, _: bool) -> Tried:
 
 
 def large_inputs(setting: Setting) -> Outcome:
-    """Fifteen large bad meshes, each made, taken or refused, and estimated within a minute."""
+    """Fifteen large bad meshes, each made, taken or refused, and estimated within a
+    minute.
+    """
     outcome = Outcome()
     slowest = (0.0, "")
     size = setting.of(TRIANGLES, 10_000)

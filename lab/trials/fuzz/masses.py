@@ -1,7 +1,7 @@
 """Mass properties to give with a polyhedron: good, nearly impossible, impossible.
 
-Each maker takes a random generator and gives the options of `part_from_mesh`, for a body with
-the given hull.
+Each maker takes a random generator and gives the options of `part_from_mesh`, for a
+body with the given hull.
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ def possible(random: Random, surface: Surface) -> Options:
 
 
 def nearly_impossible(random: Random, surface: Surface) -> Options:
-    """A centre almost on the hull, moments that almost break the triangle inequality or vanish."""
+    """A centre almost on the hull, moments that almost break the triangle inequality or
+    vanish.
+    """
     vertices, triangles = surface
     corner = vertices[triangles[random.integers(len(triangles))]]
     shares = random.dirichlet((0.3, 0.3, 0.3))

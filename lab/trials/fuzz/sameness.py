@@ -1,4 +1,5 @@
-"""The same body given in another way must get the same answer, unless rounding decides it.
+"""The same body given in another way must get the same answer, unless rounding decides
+it.
 
 As it is given, without round sides: those are laid by the file's own corners.
 """
@@ -28,8 +29,9 @@ FINE = 1e-9
 """By how much answers may differ on a body as thick as long, per unit."""
 
 BY_SPLIT = 1e-5
-"""By how much those of `split` may, which takes saddles that tie in the order that rounding gives
-them: a known fault, see `tests/contract/library/test_door.py`."""
+"""By how much those of `split` may, which takes saddles that tie in the order that
+rounding gives them: a known fault, see `tests/contract/library/test_door.py`.
+"""
 
 WELD = 1e-8
 """Vertices this close, as a fraction of the extent, count as one."""
@@ -45,7 +47,9 @@ class Change(NamedTuple):
 
 
 def changes(part: Part, random: Random) -> Iterator[Change]:
-    """The same body turned, in other units, renumbered, cut finer, doubled and hollowed."""
+    """The same body turned, in other units, renumbered, cut finer, doubled and
+    hollowed.
+    """
     surface: Surface = (part.surface_vertices, part.surface_triangles)
     vertices, triangles = surface
     turn = rotation(random)
@@ -93,8 +97,8 @@ def changes(part: Part, random: Random) -> Iterator[Change]:
 def bend(body: Any) -> float:
     """How far the flattest of all neighbours are from being coplanar, in radii.
 
-    For each side the third of the neighbour's corners, by distance from this face's plane: two
-    are the side's own.
+    For each side the third of the neighbour's corners, by distance from this face's
+    plane: two are the side's own.
     """
     arrays = body.arrays
     smallest = np.inf
@@ -111,9 +115,10 @@ def bend(body: Any) -> float:
 def undecided(part: Part) -> str:
     """Why rounding may decide what the poses are; empty where it cannot.
 
-    A foot within a thousand times of what counts as on a side, or triangles that are merged, or
-    not, with less than a factor of five between their bend and the tolerance; vertices so close
-    that a corner and the middle of an edge would be welded.
+    A foot within a thousand times of what counts as on a side, or triangles that are
+    merged, or not, with less than a factor of five between their bend and the
+    tolerance; vertices so close that a corner and the middle of an edge would be
+    welded.
     """
     equilibria = resting_poses(part, 0.0, 0).equilibria
     body = equilibria.body
@@ -131,9 +136,10 @@ def undecided(part: Part) -> str:
 def allowed(part: Part) -> float:
     """By how much two answers on the same body may differ.
 
-    Rounding turns a face of a thin body by its inverse thickness, and moves the foot of the
-    centre of mass there by as much again. The solid angle of a component that falls apart is a
-    difference of solid angles of up to 4 pi: rounding counts for more the smaller it is.
+    Rounding turns a face of a thin body by its inverse thickness, and moves the foot of
+    the centre of mass there by as much again. The solid angle of a component that falls
+    apart is a difference of solid angles of up to 4 pi: rounding counts for more the
+    smaller it is.
     """
     resting = resting_poses(part, 0.0, 0)
     points = resting.body.points

@@ -1,4 +1,5 @@
-"""Meshes as exporters leave them: repeated, turned, torn, crossing, closed wrongly or not at all.
+"""Meshes as exporters leave them: repeated, turned, torn, crossing, closed wrongly or
+not at all.
 
 Each maker takes a random generator and gives vertices and triangles.
 """
@@ -23,7 +24,9 @@ from lab.bodies.variants import joined, shuffled, subdivided
 
 
 def repeated(random: Random) -> Surface:
-    """Each triangle with corners of its own, moved by up to 1e-9; some triangles twice."""
+    """Each triangle with corners of its own, moved by up to 1e-9; some triangles
+    twice.
+    """
     vertices, triangles = split(polyhedron(random))
     repeats = random.integers(len(triangles), size=int(random.integers(0, 9)))
     moves = random.choice((0.0, 1e-9)) * random.uniform(-1.0, 1.0, vertices.shape)
@@ -71,7 +74,9 @@ def bodies(random: Random) -> Surface:
 
 
 def stacked(random: Random) -> Surface:
-    """Boxes of a lattice that touch in faces, edges and corners, some twice in one place."""
+    """Boxes of a lattice that touch in faces, edges and corners, some twice in one
+    place.
+    """
     several = []
     for _ in range(int(random.integers(2, 9))):
         vertices, triangles = shapes.box(*random.integers(1, 3, 3).astype(float))
@@ -91,7 +96,9 @@ def soup(random: Random) -> Surface:
 
 
 def tangle(random: Random) -> Surface:
-    """Triangles between random vertices: crossing, repeated, edges of three and more."""
+    """Triangles between random vertices: crossing, repeated, edges of three and
+    more.
+    """
     vertices = points_of_a_ball(random, int(random.integers(4, 30)))
     return vertices, random.integers(
         len(vertices), size=(int(random.integers(4, 90)), 3)
@@ -99,7 +106,9 @@ def tangle(random: Random) -> Surface:
 
 
 def lattice_tangle(random: Random) -> Surface:
-    """A tangle on a lattice: vertices coincide, triangles are coplanar or without area."""
+    """A tangle on a lattice: vertices coincide, triangles are coplanar or without
+    area.
+    """
     vertices = random.integers(0, int(random.integers(2, 5)), (30, 3)).astype(float)
     return vertices, random.integers(30, size=(int(random.integers(4, 90)), 3))
 
@@ -156,7 +165,9 @@ def ring_body(random: Random) -> Surface:
 
 
 def dented(random: Random) -> Surface:
-    """A polyhedron whose corners are moved along their rays: not convex, perhaps crossing."""
+    """A polyhedron whose corners are moved along their rays: not convex, perhaps
+    crossing.
+    """
     vertices, triangles = subdivided(polyhedron(random))
     factors = random.uniform(random.choice((-0.3, 0.2)), 1.0, (len(vertices), 1))
     return vertices * factors, triangles

@@ -1,7 +1,8 @@
-"""Inputs tried in a process of their own, so that one that hangs or crashes is caught and named.
+"""Inputs tried in a process of their own, so that one that hangs or crashes is caught
+and named.
 
-A thread or an alarm would not do: compiled code is not interrupted, and a crash takes the whole
-process.
+A thread or an alarm would not do: compiled code is not interrupted, and a crash takes
+the whole process.
 """
 
 from __future__ import annotations
@@ -24,10 +25,12 @@ from .kinds import KINDS, case
 from .sameness import differences, undecided
 
 LIMIT = 30.0
-"""Seconds that one small input may take, drops included, on a machine with a lot else to do.
+"""Seconds that one small input may take, drops included, on a machine with a lot else
+to do.
 
-Most take 10 ms. The longest are drops of bodies with almost no inertia, which lose energy by
-little in very many steps until they are given up: three of them take eight seconds.
+Most take 10 ms. The longest are drops of bodies with almost no inertia, which lose
+energy by little in very many steps until they are given up: three of them take eight
+seconds.
 """
 
 IN_OTHER_WAYS = 5.0
@@ -38,10 +41,11 @@ STARTING = 900.0
 
 
 class Tried(NamedTuple):
-    """What became of an input: why it was refused, what must not be, and how long it took.
+    """What became of an input: why it was refused, what must not be, and how long it
+    took.
 
-    `compared` says `same` where the body was given in other ways too, or why rounding decides
-    there; of a large input it says what it is.
+    `compared` says `same` where the body was given in other ways too, or why rounding
+    decides there; of a large input it says what it is.
     """
 
     seed: int

@@ -23,7 +23,9 @@ Corners touch within 1e-9, so a body at rest may lie that much too low at one of
 
 
 def body(number: int) -> Part:
-    """A random polyhedron; every second one with its centre of mass anywhere well inside."""
+    """A random polyhedron; every second one with its centre of mass anywhere well
+    inside.
+    """
     chance = np.random.default_rng([number, 5])
     surface = shapes.hull_mesh(
         chance.standard_normal((3 + int(chance.geometric(0.1)), 3))
@@ -33,7 +35,9 @@ def body(number: int) -> Part:
 
 
 def many_drops(setting: Setting) -> Outcome:
-    """A million drops of 200 bodies, each into a listed pose with the energy to stay there."""
+    """A million drops of 200 bodies, each into a listed pose with the energy to stay
+    there.
+    """
     drops = setting.of(DROPS)
     bodies = setting.of(BODIES, 10)
     outcome = Outcome()

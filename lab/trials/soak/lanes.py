@@ -1,4 +1,6 @@
-"""What clients do all the time, each lane one thing after the other until the life is over."""
+"""What clients do all the time, each lane one thing after the other until the life is
+over.
+"""
 
 from __future__ import annotations
 
@@ -158,7 +160,9 @@ def failing_jobs(life, chance):
 
 
 def published(life, chance):
-    """Meshes on the topics: good ones until they are latched, and bad ones in between."""
+    """Meshes on the topics: good ones until they are latched, and bad ones in
+    between.
+    """
     bad, bad_meshes = (
         fuzzed(kind, chance.randrange(2**31), NEVER) for kind in (PartMesh, Mesh)
     )

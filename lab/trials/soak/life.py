@@ -1,4 +1,6 @@
-"""One life of a node: its process, a client, and lanes of calls that go on side by side."""
+"""One life of a node: its process, a client, and lanes of calls that go on side by
+side.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +64,8 @@ def node_of(bags, clock=None, **values):
 
 
 class Life:
-    """A node that is ready, and lanes of calls, each in a thread, until it ends or is killed.
+    """A node that is ready, and lanes of calls, each in a thread, until it ends or is
+    killed.
 
     Parameters
     ----------
@@ -109,7 +112,9 @@ class Life:
             raise
 
     def _look_back(self, jobs):
-        """The last bag has been finished for others too, and jobs without an end cancelled."""
+        """The last bag has been finished for others too, and jobs without an end
+        cancelled.
+        """
         for bag in self._left[-1:]:
             if not files_of(bag):
                 continue  # killed before its first file
@@ -202,7 +207,9 @@ class Life:
         return status(self.node, "VmRSS")
 
     def end(self, kill):
-        """Kill the node while all lanes wait for it, or end the lanes and then the node."""
+        """Kill the node while all lanes wait for it, or end the lanes and then the
+        node.
+        """
         try:
             if kill:
                 self.node.kill()
@@ -218,8 +225,8 @@ class Life:
         self.over.set()
         for thread in self._threads:
             thread.join()
-        # In this order: the executor would have the action in hand, and without its node it has
-        # crashed once.
+        # In this order: the executor would have the action in hand, and without its
+        # node it has crashed once.
         if self.action is not None:
             self.client.stop_spinning()
             self.action.destroy()

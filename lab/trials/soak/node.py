@@ -1,4 +1,6 @@
-"""A node through lives that end well or not, while disks fill, clocks jump and clients die."""
+"""A node through lives that end well or not, while disks fill, clocks jump and clients
+die.
+"""
 
 from __future__ import annotations
 
@@ -26,11 +28,14 @@ CALLS = 45_000
 SHORT_LIVES = 10
 LONG_SHARE = 0.6
 FAULT = 150
-"""Of a full run: calls, lives that end soon, the share of calls in the long one; and the calls
-that a fault lasts."""
+"""Of a full run: calls, lives that end soon, the share of calls in the long one; and
+the calls that a fault lasts.
+"""
 
 MOST_GROWTH = 1.25
-"""Times the memory of the longest life's first quarter at its end, where it is long enough."""
+"""Times the memory of the longest life's first quarter at its end, where it is long
+enough.
+"""
 
 ENOUGH = 10_000
 ANCHOR = "anchor"
@@ -45,7 +50,9 @@ class Span(NamedTuple):
 
 
 def plan(setting):
-    """Short lives, killed and stopped in turns, and a long one that sees every fault."""
+    """Short lives, killed and stopped in turns, and a long one that sees every
+    fault.
+    """
     calls = setting.of(CALLS, 3000)
     lives = setting.of(SHORT_LIVES, 3)
     short = round((1.0 - LONG_SHARE) * calls / lives)
@@ -56,7 +63,9 @@ def plan(setting):
 
 
 class Soak:
-    """Lives of the node on one log directory, run when their first outcome is asked for."""
+    """Lives of the node on one log directory, run when their first outcome is asked
+    for.
+    """
 
     def __init__(self):
         self.told = Told()
@@ -71,8 +80,8 @@ class Soak:
             Trial(
                 "calls",
                 "Eleven clients at work at once through lives of the node that are "
-                "killed or stopped, the disk full, the folder moved away, the clock set back "
-                "and clients killed: every call is answered",
+                "killed or stopped, the disk full, the folder moved away, the clock "
+                "set back and clients killed: every call is answered",
                 self.calls,
             ),
             Trial(
@@ -100,8 +109,8 @@ class Soak:
         summary = (
             f"{self._lives} lives; "
             + ", ".join(f"{numbers[name]} {name}" for name in sorted(numbers))
-            + f"; an estimate takes {1e3 * median(estimates):.0f} ms, the slowest of a hundred "
-            f"{1e3 * estimates[int(0.99 * len(estimates))]:.0f} ms"
+            + f"; an estimate takes {1e3 * median(estimates):.0f} ms, the slowest of a "
+            f"hundred {1e3 * estimates[int(0.99 * len(estimates))]:.0f} ms"
         )
         return Outcome(sum(map(len, record.seconds.values())), record.wrong[:], summary)
 

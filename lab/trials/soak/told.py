@@ -44,8 +44,8 @@ class Simulated(NamedTuple):
 class Told:
     """Everything that was asked and told, and whatever must not be.
 
-    Results are kept under what they say, but for those that said NOT_RECORDED; estimates and
-    simulations with what is to be compared with the library.
+    Results are kept under what they say, but for those that said NOT_RECORDED;
+    estimates and simulations with what is to be compared with the library.
     """
 
     def __init__(self):
@@ -119,7 +119,9 @@ class Told:
         return bad
 
     def not_in(self, folders):
-        """Results, acceptances and ends that are in no bag, and jobs that ended twice."""
+        """Results, acceptances and ends that are in no bag, and jobs that ended
+        twice.
+        """
         answers = set()
         events = defaultdict(list)
         for bag in (bag for folder in folders for bag in bags_of(folder)):
@@ -167,7 +169,9 @@ def estimated(number, method, restitution):
 
 
 def prefixes(number, restitution, seed, drop_height, sizes):
-    """Counts of the first so many drops of one run, by number: drop k depends on seed and k."""
+    """Counts of the first so many drops of one run, by number: drop k depends on seed
+    and k.
+    """
     chunks = []
     simulate(
         PARTS[number],

@@ -1,1 +1,3 @@
-"""What a node promises of its state and its bags, shown: `python -m lab.trials.state`."""
+"""What a node promises of its state and its bags, shown: `python -m
+lab.trials.state`.
+"""

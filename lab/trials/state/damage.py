@@ -86,7 +86,9 @@ def flipped_bytes(setting: Setting) -> Outcome:
 
 
 def flipped_bytes_read(setting: Setting) -> Outcome:
-    """The same, the state alone read: each row by its key as it was written, or none."""
+    """The same, the state alone read: each row by its key as it was written, or
+    none.
+    """
     file = setting.folder / "original" / NAME
     truth = _rows()
     state = State(file)
@@ -119,7 +121,9 @@ def flipped_bytes_read(setting: Setting) -> Outcome:
 
 
 def _rows():
-    """Rows of every table but that of meshes, whose files have no rows to be compared."""
+    """Rows of every table but that of meshes, whose files have no rows to be
+    compared.
+    """
     values = {
         "TEXT": "text {}".format,
         "INTEGER": int,
@@ -137,10 +141,11 @@ def _rows():
 
 
 def _strange_rows(state, truth):
-    """What a state gives that nobody put there, or does not give though the file was sound.
+    """What a state gives that nobody put there, or does not give though the file was
+    sound.
 
-    Of messages that were counted one may be missing, so that it counts again if it comes again:
-    there may be a million of them, too many to look at in a start.
+    Of messages that were counted one may be missing, so that it counts again if it
+    comes again: there may be a million of them, too many to look at in a start.
     """
     for table, rows in truth.items():
         try:
@@ -159,6 +164,7 @@ def _strange_rows(state, truth):
         missing = 0 if state.set_aside or table == "counted" else values.count(None)
         if strange or others or missing:
             yield (
-                f"{table} has {len(strange)} strange rows, {others} of other keys, {missing} "
+                f"{table} has {len(strange)} strange rows, {others} of other keys, "
+                f"{missing} "
                 "not there by their keys"
             )

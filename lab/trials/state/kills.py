@@ -1,4 +1,6 @@
-"""Kill -9 at any moment, on a sound disk, on one that fills, and while bags go and come."""
+"""Kill -9 at any moment, on a sound disk, on one that fills, and while bags go and
+come.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,9 @@ def _node(ledger, **values):
 
 
 def _one_life(ledger, chance, lanes, look_back=True, meanwhile=None):
-    """A start, which is looked at, and mixed traffic until a kill at a random moment."""
+    """A start, which is looked at, and mixed traffic until a kill at a random
+    moment.
+    """
     node = _node(ledger, log_drops=chance.choice(("true", "false")))
     try:
         if chance.random() < SHARE_IN_START:
@@ -84,7 +88,9 @@ def _outcome(ledger, tried, note=""):
 
 
 def kills(setting: Setting) -> Outcome:
-    """Kill -9 at random moments: parts, jobs, counts, forgetting, fits on one state file."""
+    """Kill -9 at random moments: parts, jobs, counts, forgetting, fits on one state
+    file.
+    """
     ledger = Ledger(setting.folder / "log")
     chance = random.Random(setting.seed)
     number = setting.of(KILLS, 6)
@@ -137,7 +143,9 @@ def bags_that_go(setting: Setting) -> Outcome:
 
 @contextmanager
 def small_disk(folder, mebibytes):
-    """A file system of its own in a folder; why there is none, where that is not allowed."""
+    """A file system of its own in a folder; why there is none, where that is not
+    allowed.
+    """
     folder.mkdir()
     process = subprocess.run(
         ["mount", "-t", "tmpfs", "-o", f"size={mebibytes}m", "trial", folder],
@@ -152,7 +160,9 @@ def small_disk(folder, mebibytes):
 
 
 def a_disk_that_is_full(setting: Setting) -> Outcome:
-    """A small disk that is filled and emptied under mixed traffic, and the node killed."""
+    """A small disk that is filled and emptied under mixed traffic, and the node
+    killed.
+    """
     with small_disk(setting.folder / "disk", DISK) as problem:
         if problem:
             return Outcome(

@@ -1,4 +1,6 @@
-"""What clients were promised of parts, jobs, counts and plates, beside what a node has."""
+"""What clients were promised of parts, jobs, counts and plates, beside what a node
+has.
+"""
 
 from __future__ import annotations
 
@@ -50,11 +52,11 @@ SETTLED = 60.0
 class Ledger(Told):
     """What must be there after a kill, and what may be.
 
-    `allowed`: digests that a part may have by its name, None where it may be gone: one entry once
-    that was acknowledged. `lives` of a part begin where it is taken after it was gone. `sent`:
-    counts by the second of their stamp, with name, life and numbers by pose. `fitted`: scenes that
-    the plate may have, None where it may have any. `always_written`: the state's file could be
-    written all the time.
+    `allowed`: digests that a part may have by its name, None where it may be gone: one
+    entry once that was acknowledged. `lives` of a part begin where it is taken after it
+    was gone. `sent`: counts by the second of their stamp, with name, life and numbers
+    by pose. `fitted`: scenes that the plate may have, None where it may have any.
+    `always_written`: the state's file could be written all the time.
     """
 
     def __init__(self, folder, always_written=True):
@@ -104,7 +106,9 @@ class Ledger(Told):
             self.shown[name] = max(self.shown[name], statistics.observed)
 
     def look_at_bags(self, sealed):
-        """Every bag is read whole by others and has what it had; `sealed`: none is written."""
+        """Every bag is read whole by others and has what it had; `sealed`: none is
+        written.
+        """
         for bag in bags_of(self.folder):
             if self._whole.get(bag.name) is True:
                 continue
@@ -135,7 +139,9 @@ class Ledger(Told):
         return totals
 
     def look_at(self, client, every_job=False):
-        """All that was acknowledged is there, and nothing that nobody sent or counted."""
+        """All that was acknowledged is there, and nothing that nobody sent or
+        counted.
+        """
         self._look_at_parts(client)
         self._look_at_counts(client)
         self._look_at_jobs(client, every_job)
@@ -200,8 +206,9 @@ class Ledger(Told):
                 time.sleep(0.05)
             if not good:
                 self.wrong.append(
-                    f"{name} (life {life}) has {statistics.observed} counts, {dict(counts)}; the bags have "
-                    f"{acknowledged.total()}, {dict(acknowledged)}; shown before were {self.shown[name]}"
+                    f"{name} (life {life}) has {statistics.observed} counts, "
+                    f"{dict(counts)}; the bags have {acknowledged.total()}, "
+                    f"{dict(acknowledged)}; shown before were {self.shown[name]}"
                 )
             self.events["totals of counts compared"] += 1
             self.show(statistics)

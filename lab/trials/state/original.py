@@ -28,7 +28,9 @@ SECONDS_TO_CHECK = 20.0
 
 
 class Original:
-    """A state with parts, counts and a job, as a killed node has left it, and what it showed."""
+    """A state with parts, counts and a job, as a killed node has left it, and what it
+    showed.
+    """
 
     def __init__(self, folder):
         self.folder = folder / "original"
@@ -75,8 +77,8 @@ class Original:
     def start(self, folder, file, whole=False):
         """Start a node on a file: what is wrong with it, and how many parts it knows.
 
-        `whole`: everything is to be there; else also what was shown earlier, since a log that is
-        damaged in the middle ends there.
+        `whole`: everything is to be there; else also what was shown earlier, since a
+        log that is damaged in the middle ends there.
         """
         with self.cell(folder / "bags", file) as (node, client):
             wrong = self._wrong(client, whole)

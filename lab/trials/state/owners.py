@@ -1,4 +1,6 @@
-"""State files of other versions and programs, in somebody's hands, and on a disk to read only."""
+"""State files of other versions and programs, in somebody's hands, and on a disk to
+read only.
+"""
 
 from __future__ import annotations
 
@@ -85,7 +87,9 @@ def _refused(file, word):
 
 
 def files_in_use(setting: Setting) -> Outcome:
-    """Locked by a living node, by the lock of a dead process, and by another program's."""
+    """Locked by a living node, by the lock of a dead process, and by another
+    program's.
+    """
     original = Original(setting.folder)
     broken = []
     file = original.copy(setting.folder / "copy")
@@ -124,7 +128,9 @@ def files_in_use(setting: Setting) -> Outcome:
 
 
 def a_disk_to_read_only(setting: Setting) -> Outcome:
-    """A state file on a disk that can only be read: all is there, and answers say so."""
+    """A state file on a disk that can only be read: all is there, and answers say
+    so.
+    """
     original = Original(setting.folder)
     broken = []
     with small_disk(setting.folder / "disk", 64) as problem:

@@ -22,7 +22,9 @@ PART_BYTES = 24
 
 
 def a_start_with_all_parts(setting: Setting) -> Outcome:
-    """256 known parts of 1 GiB together: ready in 3 s, and requests about them answered."""
+    """256 known parts of 1 GiB together: ready in 3 s, and requests about them
+    answered.
+    """
     number = setting.of(PARTS, 6)
     surface = fine_box(TOGETHER / PARTS / PART_BYTES)
     surfaces = [((1.0 + 0.001 * k) * surface[0], surface[1]) for k in range(number)]

@@ -29,7 +29,9 @@ def _taken(life, name, surface, digest):
 
 
 def replaced(life, chance):
-    """Meshes that take each other's place under one name, some built by another process."""
+    """Meshes that take each other's place under one name, some built by another
+    process.
+    """
     while True:
         number = chance.randrange(len(BOXES))
         _taken(life, "replaced", BOXES[number], DIGESTS[number])
@@ -40,7 +42,9 @@ def replaced(life, chance):
 
 
 def by_topic(life, chance):
-    """Meshes by the topic, which nobody acknowledges: one that was sent is there, or none."""
+    """Meshes by the topic, which nobody acknowledges: one that was sent is there, or
+    none.
+    """
     while True:
         number = chance.randrange(len(BOXES))
         life.told.ask("topic", DIGESTS[number])

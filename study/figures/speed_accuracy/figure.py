@@ -24,9 +24,9 @@ from .points import (
 )
 
 SUBTITLE = (
-    "Time: median over parts, one core. Error: root mean square over poses, pooled over the "
-    "coefficients of restitution 0.2, 0.5\nand 0.8, against the limit of the drop simulation for "
-    "ever more drops; noise of the reference removed."
+    "Time: median over parts, one core. Error: root mean square over poses, pooled "
+    "over the coefficients of restitution 0.2, 0.5\nand 0.8, against the limit of the "
+    "drop simulation for ever more drops; noise of the reference removed."
 )
 """Says what time and error are of."""
 
@@ -35,8 +35,9 @@ PANEL = 4.1
 GAP = 0.68
 HEAD = 1.45
 FOOT = 0.62
-"""Of the figure, of a panel with what is above it, of the latter alone, and of what is above and
-below all panels, inches."""
+"""Of the figure, of a panel with what is above it, of the latter alone, and of what is
+above and below all panels, inches.
+"""
 
 LEFT = 0.085
 RIGHT = 0.985
@@ -217,7 +218,9 @@ def time_range(
 
 
 def error_range(points: Sequence[ChartPoint]) -> Range:
-    """Limits in percentage points: all points and the upper ends of their bars lie within."""
+    """Limits in percentage points: all points and the upper ends of their bars lie
+    within.
+    """
     return (
         100.0 * min(point.error for point in points) / BELOW,
         100.0 * max(max(point.error, point.high) for point in points) * ABOVE,

@@ -26,7 +26,9 @@ FAR = 16.0
 MARK = 30.0
 TEXT = 300.0
 OUTSIDE = 1000.0
-"""Costs of covering a mark or a text, or of leaving the axes; a point of distance costs 1."""
+"""Costs of covering a mark or a text, or of leaving the axes; a point of distance costs
+1.
+"""
 
 
 class Spot(NamedTuple):
@@ -90,7 +92,9 @@ class Labels:
     def place_text(
         self, text: str, spots: Iterable[Spot], *, joined: bool = True, **style: Any
     ) -> Annotation:
-        """Write a text at the spot where it covers the least, the first of equally good ones."""
+        """Write a text at the spot where it covers the least, the first of equally good
+        ones.
+        """
         size = self._size(text, style)
         best = min(spots, key=lambda spot: self._cost(self._box(size, spot), spot))
         return self.write_text(text, best, joined=joined, **style)
@@ -167,7 +171,9 @@ class Labels:
 
 
 def _text_side(spot: Spot) -> tuple[float, float]:
-    """The side of the text that lies at the spot, as a fraction of its width and height."""
+    """The side of the text that lies at the spot, as a fraction of its width and
+    height.
+    """
     return (
         {"left": 0.0, "center": 0.5, "right": 1.0}[spot.ha],
         {"bottom": 0.0, "center": 0.5, "top": 1.0}[spot.va],
@@ -248,7 +254,9 @@ def _position(point: ChartPoint) -> tuple[float, float]:
 def _name_estimators(
     labels: Labels, estimators: Sequence[ChartPoint], points: Sequence[ChartPoint]
 ) -> None:
-    """A column of names left of all points, as near to the heights of the markers as they fit."""
+    """A column of names left of all points, as near to the heights of the markers as
+    they fit.
+    """
     if not estimators:
         return
     transform = labels.axes.transData

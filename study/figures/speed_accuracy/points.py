@@ -96,7 +96,9 @@ class ChartPanel(NamedTuple):
 
 
 def key_label(kind: str, points: Sequence[ChartPoint]) -> str:
-    """Label of a kind in the key; estimators newer than the paper are named by their titles."""
+    """Label of a kind in the key; estimators newer than the paper are named by their
+    titles.
+    """
     if kind != "estimator":
         return KINDS[kind].label
     titles = list(dict.fromkeys(point.name for point in points if point.kind == kind))

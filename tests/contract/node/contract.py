@@ -70,16 +70,17 @@ FIXED = {
 """What can be set at the start only."""
 
 FIELDS = {
-    "PartMesh": "header part_id mesh vertices triangles unit inertia restitution drop_height "
-    "mesh_resource",
-    "StablePose": "index pose_id group pose down height top margin barrier spread probability "
-    "probability_low probability_high standard_error count support_polygon outline",
-    "PoseStatistics": "header part_id part_digest radius method restitution drop_height "
-    "cluster_tolerance drops unsettled seed expected_error largest_error plate_error plate "
-    "compute_time job_id revision final version poses warnings scene",
-    "PoseCounts": "header part_id part_digest cluster_tolerance plate drop_height index count "
-    "unclassified from_pose feeder_speed",
+    "PartMesh": "header part_id mesh vertices triangles unit inertia restitution "
+    "drop_height mesh_resource",
+    "StablePose": "index pose_id group pose down height top margin barrier spread "
+    "probability probability_low probability_high standard_error count support_polygon "
+    "outline",
+    "PoseStatistics": "header part_id part_digest radius method restitution "
+    "drop_height cluster_tolerance drops unsettled seed expected_error largest_error "
+    "plate_error plate compute_time job_id revision final version poses warnings scene",
+    "PoseCounts": "header part_id part_digest cluster_tolerance plate drop_height "
+    "index count unclassified from_pose feeder_speed",
     "ObservedParts": "header part_id poses confidence from_pose feeder_speed",
-    "DropRecords": "header job_id part_digest first_drop start_down pose_index impacts seconds "
-    "energy_left stopped_at_trap",
+    "DropRecords": "header job_id part_digest first_drop start_down pose_index impacts "
+    "seconds energy_left stopped_at_trap",
 }

@@ -66,8 +66,9 @@ def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model
         f"cluster_tolerance 0.0025 and round_sides 0, the results have cluster_tolerance {numbering}": {
             "round_sides": 0
         },
-        f"cluster_tolerance unknown and round_sides 192, the results have cluster_tolerance "
-        f"{numbering}; copy both from PoseStatistics": {"cluster_tolerance": math.nan},
+        "cluster_tolerance unknown and round_sides 192, the results have "
+        f"cluster_tolerance {numbering}; copy both from "
+        "PoseStatistics": {"cluster_tolerance": math.nan},
     }
     camera = counting(tuned)
     for words, fields in bad.items():

@@ -122,8 +122,8 @@ def test_no_figure_is_squeezed_or_covered_in_print(clamp, browser):
     browser.ask("Emulation.setEmulatedMedia", media="print")
     try:
         boxes = browser.evaluate(
-            "[...document.querySelectorAll('.pair img')].map(e => e.getBoundingClientRect())"
-            ".map(r => [r.left, r.right, r.width])"
+            "[...document.querySelectorAll('.pair img')].map(e => "
+            "e.getBoundingClientRect()).map(r => [r.left, r.right, r.width])"
         )
         assert len(boxes) == 4
         for left_box, right in zip(boxes[::2], boxes[1::2], strict=True):

@@ -225,9 +225,9 @@ def test_all_of_it_is_within_the_window_and_numbers_keep_their_units(
     assert browser.evaluate("document.documentElement.scrollWidth") == width
     assert (
         browser.evaluate(
-            "[...document.querySelectorAll('h1,h3,p,label,button,#parts > tbody > tr > td,.more td')]"
-            ".filter(e => e.getBoundingClientRect().right > innerWidth + 1)"
-            ".map(e => e.textContent)"
+            "[...document.querySelectorAll('h1,h3,p,label,button,#parts > tbody > tr > "
+            "td,.more td')].filter(e => e.getBoundingClientRect().right > innerWidth + "
+            "1).map(e => e.textContent)"
         )
         == []
     )

@@ -26,8 +26,9 @@ def ranks(values, tie, gap):
     gaps = np.diff(np.asarray(values)[order])
     doubtful = gaps[(gaps > tie) & (gaps < gap)]
     assert not len(doubtful), (
-        f"values {doubtful.min():g} apart are neither equal (up to {tie:g}) nor different "
-        f"(from {gap:g} on): give another body, or tolerances that fit its rounding"
+        f"values {doubtful.min():g} apart are neither equal (up to {tie:g}) nor "
+        f"different (from {gap:g} on): give another body, or tolerances that fit its "
+        "rounding"
     )
     numbers = np.empty(len(order), dtype=int)
     numbers[order] = np.concatenate(([0], np.cumsum(gaps > tie)))

@@ -1,4 +1,6 @@
-"""What is not quite right through the middleware: taken, or refused in one line, and served on."""
+"""What is not quite right through the middleware: taken, or refused in one line, and
+served on.
+"""
 
 from __future__ import annotations
 
@@ -76,7 +78,9 @@ ELSEWHERE = [Path("/etc/x"), Path("/tmp/x"), Path("/x"), Path("/x.mcap")]
 
 
 def bytes_on_topics(setting: Setting) -> Outcome:
-    """Nine thousand messages on the four topics, nine in ten of them changed at random."""
+    """Nine thousand messages on the four topics, nine in ten of them changed at
+    random.
+    """
     sent_messages = 0
     refused = 0
     thin = []
@@ -118,7 +122,9 @@ def bytes_on_topics(setting: Setting) -> Outcome:
 
 
 def requests_and_goals(setting: Setting) -> Outcome:
-    """Four thousand requests and goals changed at random, and bytes that are none at all."""
+    """Four thousand requests and goals changed at random, and bytes that are none at
+    all.
+    """
     became: Counter[str] = Counter()
     with (
         tried_node(setting.folder, **SMALL) as (node, client),
@@ -150,7 +156,8 @@ def requests_and_goals(setting: Setting) -> Outcome:
     return judged(
         became.total() + raw,
         f"{became['taken']} taken, {became['refused']} refused, "
-        f"{became['dropped']} that are none, {raw} of arbitrary bytes, {new_threads} threads more",
+        f"{became['dropped']} that are none, {raw} of arbitrary bytes, {new_threads} "
+        "threads more",
         some_are_taken=became["taken"] > 0,
         some_are_refused=became["refused"] > 0,
         threads_are_bounded=new_threads <= MOST_THREADS,
@@ -174,7 +181,9 @@ def _ask(client, name, setting, became):
 
 
 def _readable(kind, seed, number, became):
-    """Changed messages as far as the bindings make something of them; the others are dropped."""
+    """Changed messages as far as the bindings make something of them; the others are
+    dropped.
+    """
     requests = []
     with _no_words():
         for data in fuzzed(kind, seed, number):
@@ -207,7 +216,9 @@ def _judge(answer, became):
 
 
 def _strange_bytes(client, setting):
-    """As only a broken client sends them: the middleware drops most; how many were sent."""
+    """As only a broken client sends them: the middleware drops most; how many were
+    sent.
+    """
     jobs_before = len(client.call("list_drop_simulations").job_id)
     number = setting.of(RAW, 5)
     command = [
@@ -237,7 +248,9 @@ def _strange_bytes(client, setting):
 
 
 def hostile_names(setting: Setting) -> Outcome:
-    """Names of parts, jobs, methods, plates and frames that would leave the log directory."""
+    """Names of parts, jobs, methods, plates and frames that would leave the log
+    directory.
+    """
     bags = setting.folder / "deep" / "er" / "bags"
     work = setting.folder / "work"
     environment = {

@@ -75,7 +75,9 @@ def _extend(chance, data, _):
 
 
 def _lie(chance, data, _):
-    """Claim another number where a count may be: a small number in a word of its own."""
+    """Claim another number where a count may be: a small number in a word of its
+    own.
+    """
     code = ("<" if data[:2] == HEADERS[LITTLE][:2] else ">") + "I"
     places = [
         position

@@ -2,9 +2,9 @@
 
     python -m lab.trials.fuzz.messages.raw_requests PREFIX NUMBER SEED
 
-rclpy serialises requests itself, as every well-meaning client does. So in this process, which
-is good for nothing else, the requests' types get the serialiser of a message of plain numbers,
-which says nothing of its own and lets any bytes through.
+rclpy serialises requests itself, as every well-meaning client does. So in this process,
+which is good for nothing else, the requests' types get the serialiser of a message of
+plain numbers, which says nothing of its own and lets any bytes through.
 """
 
 from __future__ import annotations
@@ -116,7 +116,9 @@ def message_of(data):
 
 
 def main(prefix, number, seed):
-    """Send so many to each service, say how many in all, and listen until the input ends."""
+    """Send so many to each service, say how many in all, and listen until the input
+    ends.
+    """
     disguise()
     serialize_message(PoseWithCovariance())  # loads what converts it
     rclpy.init()

@@ -1,4 +1,6 @@
-"""Messages and requests as clients send them, and with hostile values in their fields."""
+"""Messages and requests as clients send them, and with hostile values in their
+fields.
+"""
 
 from __future__ import annotations
 
@@ -124,7 +126,9 @@ class Seeds:
         return self.chance.random() < HOSTILE
 
     def _value(self, name, kind):
-        """A value of a field by its type; nested messages are made, half of the parts left out."""
+        """A value of a field by its type; nested messages are made, half of the parts
+        left out.
+        """
         if kind == "string" or kind.startswith("string<"):
             if name == "method":
                 return self.chance.choice(METHODS)

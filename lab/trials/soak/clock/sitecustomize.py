@@ -1,4 +1,6 @@
-"""On PYTHONPATH, gives a process a clock that is wrong by the seconds in the file TRIAL_CLOCK."""
+"""On PYTHONPATH, gives a process a clock that is wrong by the seconds in the file
+TRIAL_CLOCK.
+"""
 
 import datetime
 import os
