@@ -83,13 +83,12 @@ class Sources:
         return modules | ({base} if names - modules else set())
 
     def cycles(self) -> list[list[str]]:
-        """Groups of modules that import each other as they run (Tarjan's strong
+        """Groups of modules that import each other, also for type checkers (Tarjan's strong
         components).
         """
         onward: dict[str, set[str]] = {module: set() for module in self.files}
         for arrow in self.internal:
-            if not arrow.typing:
-                onward[arrow.importer].add(arrow.target)
+            onward[arrow.importer].add(arrow.target)
         number: dict[str, int] = {}
         lowest: dict[str, int] = {}
         stack: list[str] = []
