@@ -1,8 +1,8 @@
 """The node class behind `pose_stats`: services whose answers may come later.
 
-rclpy sends what a callback returns. Here a callback may be a generator that yields the futures
-it waits for, so that no thread waits. Requests of a service are taken up one after the other,
-in the order of their arrival; until then they are kept by the middleware.
+rclpy sends what a callback returns. Here a callback may be a generator that yields the
+futures it waits for, so that no thread waits. Requests of a service are taken up one
+after the other, in the order of their arrival; until then the middleware has them.
 """
 
 import time
@@ -26,14 +26,15 @@ SERVICE_QUALITY = qos.QoSProfile(
 )
 WARNING_SECONDS = 60.0  # between two warnings of a service's clients
 
-# An answer that is thrown away makes rclpy warn, and only so is it known which one it was.
-# Its action servers send theirs in another module, which can take no exception for that.
+# An answer that is thrown away makes rclpy warn, and only so is it known which one it
+# was. Its action servers send theirs in another module, which can take no exception for
+# that.
 warnings.filterwarnings(
     "error", "failed to send response", RuntimeWarning, r"rclpy\.service"
 )
 
 Steps = Generator[Future[Any], Any, None]
-"""The futures that a callback waits for, one after the other; it is sent their results."""
+"""The futures that a callback waits for, one by one; it is sent their results."""
 
 Callback = Callable[[Any, Any], Steps | None]
 """Of a request and the response to be filled in."""
@@ -80,7 +81,7 @@ def answer_request(
 
 
 class AnsweringNode(Node):
-    """A node whose services answer when they can, and say which clients cannot hear them."""
+    """A node whose services answer when they can, and log which clients cannot hear."""
 
     def __init__(self, name: str, **options: Any) -> None:
         super().__init__(name, **options)
@@ -92,7 +93,7 @@ class AnsweringNode(Node):
             )
 
     def serve(self, kind: Any, name: str, callback: Callback) -> None:
-        """Make a service whose callback fills in the response, or waits for futures first."""
+        """Make a service whose callback may wait before it fills in the response."""
         service: Any = self.create_service(
             kind,
             name,
@@ -114,7 +115,7 @@ class AnsweringNode(Node):
     def _send(
         self, name: str, send: Callable[..., object], response: Any, header: Any
     ) -> None:
-        """Send an answer; one that cannot be delivered is thrown away, and the log says so."""
+        """Send an answer; one that cannot be delivered is thrown away and logged."""
         self.last_answer = time.monotonic()
         try:
             send(response, header)
@@ -128,9 +129,10 @@ class AnsweringNode(Node):
             elif self.last_answer >= self._next_warning.get(name, 0.0):
                 self._next_warning[name] = self.last_answer + WARNING_SECONDS
                 self.get_logger().warning(
-                    f"{name}: an answer could not be delivered: expected a client whose "
-                    "quality of service fits the node's (reliable, volatile), got one that "
-                    "cannot be reached; check its quality of service and call again"
+                    f"{name}: an answer could not be delivered: expected a client "
+                    "whose quality of service fits the node's (reliable, volatile), "
+                    "got one that cannot be reached; check its quality of service "
+                    "and call again"
                 )
 
     def wait_until_quiet(

@@ -26,6 +26,7 @@ UNCHECKED = 1.5  # seconds after which no more comes than an estimate without dr
 GLANCE = 0.1  # seconds between looks at whether the end is asked for
 LATCHED = qos.QoSProfile(depth=1024, durability=qos.DurabilityPolicy.TRANSIENT_LOCAL)
 START = "start one: ros_pose_stats node"
+OF_NODE = -1.0  # restitution or drop height of a part that has none of its own
 
 Tell = Callable[[str], object]
 
@@ -38,9 +39,8 @@ def ros_node(name: str, arguments: Sequence[str]) -> Iterator[tuple[Node, StopSi
         rclpy.init(
             args=list(arguments), signal_handler_options=signals.SignalHandlerOptions.NO
         )
-    except (
-        Exception
-    ) as error:  # what rcl raises for arguments it cannot parse has no base
+    except Exception as error:
+        # What rcl raises for arguments that it cannot parse has no base.
         raise RequestError(
             "ROS arguments that rcl can read",
             str(error),
@@ -108,6 +108,42 @@ def read_part(
     )
 
 
+class _PartResults:
+    """Results of a part that has been published, in its scene, with their arrivals."""
+
+    def __init__(self, part: Part, sent: msg.PartMesh) -> None:
+        self._part = part
+        self._sent = sent
+        self.newest: msg.PoseStatistics | None = None
+        self._arrival = 0.0  # of the newest one, on the monotonic clock
+
+    def take(self, result: msg.PoseStatistics) -> None:
+        """Keep a result of this part in this scene."""
+        if (
+            result.part_id == self._part.part_id
+            and result.part_digest == self._part.digest
+            and self._sent.restitution in (OF_NODE, result.restitution)
+            and (
+                self._sent.drop_height in (OF_NODE, result.drop_height)
+                or math.isnan(result.drop_height)
+            )
+        ):
+            self.newest = result
+            self._arrival = time.monotonic()
+
+    def are_complete(self) -> bool:
+        """Whether there is a result, and no better one soon to come."""
+        if self.newest is None:
+            return False
+        stamp = self.newest.header.stamp
+        sent_stamp = self._sent.header.stamp
+        is_new = (stamp.sec, stamp.nanosec) >= (sent_stamp.sec, sent_stamp.nanosec)
+        if is_new and self.newest.drops > 0:
+            return True
+        is_slow = part_builder.is_large(self._part) and not is_new
+        return time.monotonic() - self._arrival > (PATIENCE if is_slow else UNCHECKED)
+
+
 def publish_part(
     part: Part,
     message: msg.PartMesh,
@@ -119,72 +155,43 @@ def publish_part(
     tell: Tell,
     warn: Tell,
 ) -> Iterator[PoseStatistics]:
-    """Publish a part, latched, until a node has answered; what it latched, nothing after Ctrl-C.
+    """Publish a part, latched, until a node has answered; nothing after Ctrl-C.
 
     `restitution, drop_height`: default: the node's; `seconds`: default: without end.
+    Yields what the node has latched.
     """
-    # The node would refuse a scene that is out of range only once the part has arrived there.
+    # The node would refuse a scene that is out of range only once the part is there.
     DropScene(DEFAULT_RESTITUTION if restitution is None else restitution, drop_height)
     if seconds is not None and not seconds >= 0.0:
         raise RequestError("seconds from 0 on", f"{seconds}", "leave them out to go on")
-    message.restitution = -1.0 if restitution is None else restitution
-    message.drop_height = -1.0 if drop_height is None else drop_height
-    newest: list[tuple[float, msg.PoseStatistics]] = []
-
-    def take(result: msg.PoseStatistics) -> None:
-        """Keep a result of this part in this scene."""
-        if (
-            (result.part_id, result.part_digest) == (part.part_id, part.digest)
-            and (restitution in (None, result.restitution))
-            and (
-                drop_height in (None, result.drop_height)
-                or math.isnan(result.drop_height)
-            )
-        ):
-            newest.append((time.monotonic(), result))
-
-    def is_complete() -> bool:
-        if not newest:
-            return False
-        arrival, result = newest[-1]
-        stamp = result.header.stamp
-        sent_stamp = message.header.stamp
-        is_new = (stamp.sec, stamp.nanosec) >= (sent_stamp.sec, sent_stamp.nanosec)
-        return (is_new and result.drops > 0) or time.monotonic() - arrival > (
-            PATIENCE if part_builder.is_large(part) and not is_new else UNCHECKED
-        )
-
+    message.restitution = OF_NODE if restitution is None else restitution
+    message.drop_height = OF_NODE if drop_height is None else drop_height
+    results = _PartResults(part, message)
+    patience = math.inf if seconds is None else seconds
     with ros_node("part_publisher", arguments) as (node, stop):
         publisher = node.create_publisher(msg.PartMesh, topic, LATCHED)
-        results = publisher.topic_name.rpartition("/")[0] + "/pose_statistics"
-        node.create_subscription(msg.PoseStatistics, results, take, LATCHED)
+        answers = publisher.topic_name.rpartition("/")[0] + "/pose_statistics"
+        node.create_subscription(msg.PoseStatistics, answers, results.take, LATCHED)
         publisher.publish(message)
         tell(f"{part_requests.part_line(part)} published on {topic}")
-        patience = math.inf if seconds is None else seconds
-        spin_until(node, stop, is_complete, min(patience, PATIENCE))
-        if not newest and not stop.is_requested:
-            subscribers = publisher.get_subscription_count()
-            problem = (
-                "a node has the part but no result yet; its log says why"
-                if subscribers
-                else f"no node answers on {results}; {START}"
-            )
-            if patience <= PATIENCE:
+        spin_until(node, stop, results.are_complete, min(patience, PATIENCE))
+        if results.newest is None and not stop.is_requested:
+            problem = f"no node answers on {answers}; {START}"
+            if publisher.get_subscription_count():
+                problem = "a node has the part but no result yet; its log says why"
+            if patience > PATIENCE:
+                warn(f"{problem}. Publishing on until one answers, or Ctrl-C")
+                spin_until(node, stop, results.are_complete, patience - PATIENCE)
+            if not (results.are_complete() or stop.is_requested):
                 raise RequestError(f"a result within {seconds:g} s", "none", problem)
-            warn(f"{problem}. Publishing on until one answers, or Ctrl-C")
-            if (
-                not spin_until(node, stop, is_complete, patience - PATIENCE)
-                and not stop.is_requested
-            ):
-                raise RequestError(f"a result within {seconds:g} s", "none", problem)
-        if newest:
-            yield statistics_of_message(newest[-1][1])
+        if results.newest is not None:
+            yield statistics_of_message(results.newest)
 
 
 def latched_results(
     name: str, part_id: str, watch: bool, arguments: Sequence[str]
 ) -> Iterator[tuple[PoseStatistics, ...]]:
-    """What the node of a name has latched, of one part or all; then, watched, each new result."""
+    """What a node has latched, of one part or all; then, watched, each new result."""
     messages: list[msg.PoseStatistics] = []
     with ros_node("pose_stats_show", arguments) as (node, stop):
         if watch:
@@ -196,10 +203,11 @@ def latched_results(
         answer = None
         while answer is None and time.monotonic() < end and not stop.is_requested:
             if spin_until(node, stop, service.service_is_ready, end - time.monotonic()):
-                # Asked again: an answer to a client that was found just now may be lost.
+                # Asked again: an answer to a client that has just been discovered may
+                # be lost.
                 future = service.call_async(GetStatistics.Request())
-                spin_until(node, stop, future.done, 1.0)
-                answer = future.result() if future.done() else None
+                if spin_until(node, stop, future.done, 1.0):
+                    answer = future.result()
         if stop.is_requested:
             return
         if answer is None:

@@ -1,6 +1,7 @@
 """Messages to the bag; a bag that cannot be written never stops the node.
 
-Bag and state have the messages with their definitions, so that a later version reads them.
+Bag and state have the messages with their definitions, so that a later version reads
+them.
 """
 
 import os
@@ -49,7 +50,7 @@ _decoders = Decoders()
 
 
 def share_directory(package: str) -> Path:
-    """Share folder of an interface package, in a ROS installation or in a virtual environment."""
+    """Share folder of an interface package, of ROS or of a virtual environment."""
     try:
         return Path(get_package_share_directory(package))
     except (PackageNotFoundError, ValueError, OSError):
@@ -72,7 +73,7 @@ def definitions() -> dict[str, str]:
 
 
 def convert_to_installed(kind: str, definition: str, data: bytes) -> bytes | None:
-    """A message of another definition, by the names of its fields; None where it is unreadable."""
+    """A message of another definition, by the names of its fields; None if broken."""
     if definition == message_type(kind).definition:
         return data
     decoded = _decoders.decode(
@@ -105,7 +106,8 @@ def _fill_message(message: Any, decoded: Any) -> Any:
 class Recorder:
     """The run's bag: a log of what came, was answered, latched, counted and dropped.
 
-    What the state is to have goes there first, so a kill in between costs a line of the log.
+    What the state is to have goes there first, so a kill in between costs a line of the
+    log.
     """
 
     def __init__(
@@ -130,7 +132,7 @@ class Recorder:
         self._last_repair = "none"
 
     def record(self, topic: str, data: bytes) -> bool:
-        """Write a serialised message; false if it could not be written, and `problem` says why."""
+        """Write a serialised message; false if it could not be: see `problem`."""
         written = self._attempt(partial(self.log.write, topic, data))
         if written:
             self._note("")
@@ -195,13 +197,15 @@ class Recorder:
             bounds.append(shutil.disk_usage(home).free)
         except OSError as error:
             problem_with_disk = f"unknown: {error}"
-        text = f"NOT_RECORDED: {problem}" if problem else "recording"
-        if not problem and self.log.space.is_exceeded:
+        text = "recording"
+        if problem:
+            text = f"NOT_RECORDED: {problem}"
+        elif self.log.space.is_exceeded:
             text = (
-                "log_directory is larger than max_log_bytes, and nothing that is left in it "
-                "may be deleted"
+                "log_directory is larger than max_log_bytes, and nothing that is left "
+                "in it may be deleted"
             )
-        elif not problem and self._state.set_aside:
+        elif self._state.set_aside:
             text = (
                 f"the state file could not be read; it is now {self._state.set_aside}"
             )

@@ -1,4 +1,4 @@
-"""What is refused, what comes too often, and all that diagnostics say of the node's health."""
+"""What is refused, what comes too often, and what diagnostics say of the health."""
 
 import bisect
 import platform
@@ -22,7 +22,7 @@ MOST_SOURCES = 1000  # that are counted in one minute
 
 
 class Floods:
-    """Counts what comes from each source, minute by minute; says once a minute what floods."""
+    """Counts what comes from each source, and logs once a minute what floods."""
 
     def __init__(self, say: Callable[[str], object]) -> None:
         self._log = say
@@ -46,7 +46,7 @@ class Floods:
         return count <= limit
 
     def current(self) -> dict[str, int]:
-        """How many came of each source that floods, in the last whole minute or the present."""
+        """How many came of each source that floods, in the last minute or this one."""
         with self._lock:
             self._begin_minute()
             return self._previous_floods | self._floods  # the larger number of each
@@ -67,17 +67,17 @@ MOST_PUBLISHERS = 64
 
 
 class SequenceGaps:
-    """Counts what is missing between the numbers of one topic, which every publisher gives.
+    """Counts what is missing between the numbers that publishers of a topic give.
 
-    The middleware tells of no sample that a newer one pushed out, nor which publisher one is from:
-    it is taken to follow the nearest lower number that has arrived.
+    The middleware tells of no sample that a newer one pushed out, nor which publisher
+    one is from: it is taken to follow the nearest lower number that has arrived.
     """
 
     def __init__(self) -> None:
         self._last_numbers: list[int] = []
 
     def missing_before(self, info: Mapping[str, int]) -> int:
-        """Messages lost just before the one that this is about, if its publisher numbers them."""
+        """Messages lost just before this one, if its publisher numbers them."""
         number = info["publication_sequence_number"] or 0
         if number <= 0:
             return 0
@@ -92,14 +92,13 @@ class SequenceGaps:
 MESHES = "meshes"
 COUNTS = "counts"  # that may be lost
 REMEMBERED = 20  # refused meshes listed with their reasons
-COPY_SECONDS = (
-    2.0  # in which both copies of a latched mesh, or equal requests, count once
-)
+# In which both copies of a latched mesh, or equal requests, count once.
+COPY_SECONDS = 2.0
 RECENT_SECONDS = 60.0  # a refused mesh is a warning for this long
 
 
 class Health(NamedTuple):
-    """One line of diagnostics: whether it is a warning, its text, and values by their key."""
+    """One line of diagnostics: whether it is a warning, its text, values by key."""
 
     warn: bool
     text: str
@@ -114,7 +113,7 @@ class _Refusal(NamedTuple):
 
 
 class Refusals:
-    """Meshes and counts that were refused, meshes that were lost, and floods of either."""
+    """Meshes and counts that were refused, meshes that were lost, and floods."""
 
     def __init__(self, say: Callable[[str], object]) -> None:
         self._log = say
@@ -140,7 +139,7 @@ class Refusals:
             self._log(f"{source}: {kind} refused: {reason}")
 
     def watch_mesh(self, source: str, mesh: Future[Any]) -> None:
-        """Have a mesh that turns out to be bad counted as refused, with where it came from."""
+        """Have a mesh that turns out to be bad counted as refused, with its source."""
 
         def look(future: Future[Any]) -> None:
             error = None if future.cancelled() else future.exception()
@@ -166,11 +165,11 @@ class Refusals:
             f"{count} of {source} within a minute"
             for source, count in self.floods.current().items()
         )
-        text = (
-            f"refused: {recent[-1].source}: {recent[-1].reason}"
-            if is_recent
-            else (f"a flood: {floods}" if floods else f"{parts} parts")
-        )
+        text = f"{parts} parts"
+        if is_recent:
+            text = f"refused: {recent[-1].source}: {recent[-1].reason}"
+        elif floods:
+            text = f"a flood: {floods}"
         values: dict[str, Any] = {
             "parts": parts,
             "meshes waiting": waiting,

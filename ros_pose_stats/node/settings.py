@@ -1,4 +1,4 @@
-"""The node's parameters: one table of them, a frozen snapshot of their values, and ROS's."""
+"""The node's parameters: a table, a frozen snapshot of values, and ROS's."""
 
 from __future__ import annotations
 
@@ -53,12 +53,12 @@ def _parameter(default: T, description: str, *bounds: float, fixed: bool = False
 
 @dataclass(frozen=True)
 class Settings:
-    """The parameters and their values at one time: declaration, bounds and documents follow."""
+    """Parameters and their values at a time, which declaration and documents follow."""
 
     mesh_topics: tuple[str, ...] = _parameter(
         (),
-        "Topics of type shape_msgs/Mesh to take parts from, each `topic` or `part_id=topic`; "
-        "without a part_id the topic's last name is the part's.",
+        "Topics of type shape_msgs/Mesh to take parts from, each `topic` or "
+        "`part_id=topic`; without a part_id the topic's last name is the part's.",
         fixed=True,
     )
     mesh_unit: float = _parameter(
@@ -67,14 +67,15 @@ class Settings:
     plate_frame: str = _parameter("plate", "Frame of the plate in results and markers.")
     plate: str = _parameter(
         "",
-        "Name of the plate, for the record; one of the file plates where that is named.",
+        "Name of the plate, for the record; one of the file plates where that is "
+        "named.",
     )
     plates: str = _parameter(
         "",
-        "File of plate profiles (YAML, as ~/fit_plate and the command fit write it): while "
-        "plate is named, its restitution, drop height and, where round parts gave them, round "
-        "sides there take the place of the parameters, and its plate_error goes into results; "
-        "empty: none.",
+        "File of plate profiles (YAML, as ~/fit_plate and the command fit write it): "
+        "while plate is named, its restitution, drop height and, where round parts "
+        "gave them, round sides there take the place of the parameters, and its "
+        "plate_error goes into results; empty: none.",
     )
     default_method: str = _parameter(
         DEFAULT_METHOD,
@@ -102,15 +103,16 @@ class Settings:
     )
     target_error: float = _parameter(
         0.0,
-        "Root mean square error over the poses, as a fraction, to which each new mesh is "
-        "refined in the background, until it is reached with 90 % confidence; 0: none.",
+        "Root mean square error over the poses, as a fraction, to which each new mesh "
+        "is refined in the background, until it is reached with 90 % confidence; "
+        "0: none.",
         0.0,
         BELOW_ONE,
     )
     workers: int = _parameter(
         0,
-        "Threads that simulate, at most four a core; 0: all cores but keep_cores, at least "
-        "one.",
+        "Threads that simulate, at most four a core; 0: all cores but keep_cores, at "
+        "least one.",
         0,
         256,
     )
@@ -140,22 +142,22 @@ class Settings:
     )
     cluster_tolerance: float = _parameter(
         DEFAULT_CLUSTER_TOLERANCE,
-        "Least rise of the centre of mass out of a pose, as a "
-        "share of its height there; what is shallower belongs to the pose next to it; 0: none.",
+        "Least rise of the centre of mass out of a pose, as a share of its height "
+        "there; what is shallower belongs to the pose next to it; 0: none.",
         0.0,
         BELOW_ONE,
     )
     round_sides: int = _parameter(
         DEFAULT_ROUND_SIDES,
-        "Sides a turn of the polygons that stand for round "
-        "surfaces, whatever the mesh has: 16 or more; 0: as the mesh has them.",
+        "Sides a turn of the polygons that stand for round surfaces, whatever the mesh "
+        "has: 16 or more; 0: as the mesh has them.",
         0,
         MOST_ROUND_SIDES,
     )
     flip_height: float = _parameter(
         0.0,
-        "Energy of a kick of the cell's feeder over the part's weight, in metres, where a "
-        "request's kick_height is negative; 0: none.",
+        "Energy of a kick of the cell's feeder over the part's weight, in metres, "
+        "where a request's kick_height is negative; 0: none.",
         0.0,
         1e6,
     )
@@ -183,8 +185,8 @@ class Settings:
     )
     state_file: str = _parameter(
         "",
-        "SQLite file of what the node must not forget; empty: in log_directory, under the "
-        "node's name.",
+        "SQLite file of what the node must not forget; empty: in log_directory, under "
+        "the node's name.",
         fixed=True,
     )
     # what the file `plates` says of `plate`; no parameter itself
@@ -208,15 +210,15 @@ class Settings:
 
     def state_path(self, node: str) -> Path:
         """The state file of a node, by its fully qualified name."""
-        name = f"{node.strip('/').replace('/', '.')}.sqlite3"
-        return (
-            Path(self.state_file).expanduser()
-            if self.state_file
-            else self.directory() / name
-        )
+        if self.state_file:
+            return Path(self.state_file).expanduser()
+        return self.directory() / f"{node.strip('/').replace('/', '.')}.sqlite3"
 
     def scene(self, *scene_override: tuple[float, float]) -> DropScene:
-        """The scene of the first that has a say: request, part, plate, node; negative: none."""
+        """The scene: each value from the first of request, part, plate and node.
+
+        A negative value in an override says nothing.
+        """
         plate_scene = self.profile or self
         overrides = (
             *scene_override,
@@ -232,7 +234,7 @@ class Settings:
         return DropScene(restitution, height, self.cluster_tolerance, sides.round_sides)
 
     def kick(self, kick_height: float) -> float:
-        """The kick that a request means: its own, or the node's where it is negative; 0: none."""
+        """The kick of a request: its own, or the node's if it is negative; 0: none."""
         if not kick_height < math.inf:
             raise RequestError(
                 "a kick_height in metres, 0 for none, or a negative one for the "
@@ -247,7 +249,10 @@ TABLE = {row.name: row for row in fields(Settings) if row.metadata}
 
 
 def settings_of(values: dict[str, Any]) -> Settings:
-    """Check values and freeze them; reads the file of plates where no `profile` is among them."""
+    """Check values and freeze them.
+
+    The file of plates is read where no `profile` is among them.
+    """
     settings = Settings(**values)
     for setting in TABLE.values():
         _check(setting, getattr(settings, setting.name))
@@ -276,15 +281,18 @@ def settings_of(values: dict[str, Any]) -> Settings:
 
 
 def find_profile(plates: str, plate: str) -> PlateProfile | None:
-    """Look a plate up in a file of plates, which may be missing as long as no plate is named."""
+    """Look a plate up in a file of plates.
+
+    The file may be missing as long as no plate is named.
+    """
     if not plates:
         return None
     # It takes a while to load, and few nodes need it.
     from ..core.plates import read_profiles
 
     remedy = (
-        "leave the parameter plate empty until ~/fit_plate or the command fit has written "
-        "it there"
+        "leave the parameter plate empty until ~/fit_plate or the command fit has "
+        "written it there"
     )
     try:
         file = Path(plates).expanduser()
@@ -295,10 +303,8 @@ def find_profile(plates: str, plate: str) -> PlateProfile | None:
         raise RequestError(
             f"plates: {refusal.expected}", refusal.found, remedy
         ) from refusal
-    except (
-        OSError,
-        RuntimeError,
-    ) as error:  # of a name too long, or of a user that is none
+    except (OSError, RuntimeError) as error:
+        # Of a name that is too long, or of a user that there is not.
         raise RequestError(
             "plates: a YAML file of plates",
             f"'{plates}' ({error})",
@@ -315,7 +321,7 @@ def find_profile(plates: str, plate: str) -> PlateProfile | None:
 
 
 def _check(setting: Field[Any], value: Any) -> None:
-    """Refuse what is out of bounds, would disturb a terminal or be long in every answer."""
+    """Refuse what is out of bounds, disturbs a terminal or is too long for answers."""
     low, high = setting.metadata["bounds"] or (value, value)
     if not low <= value <= high:
         top = "below 1" if high == BELOW_ONE else f"{high:g}"
@@ -370,48 +376,29 @@ PLATE = {"plate", "plates"}  # what the profile of the plate hangs on
 class Parameters:
     """Declares the parameters, refuses bad values and keeps a snapshot.
 
-    The file of plates is read whenever `plate` or `plates` is set, be it to the same value.
+    The file of plates is read whenever `plate` or `plates` is set, be it to the same
+    value.
     """
 
     def __init__(self, node: Node, on_change: Callable[[Settings], object]) -> None:
-        values = {
-            setting.name: _value(
-                setting,
-                _widen(
-                    node.declare_parameter(
-                        setting.name,
-                        setting.default,
-                        msg.ParameterDescriptor(name=setting.name, dynamic_typing=True),
-                        False,
-                    )
-                ),
-            )
-            for setting in TABLE.values()
-        }
-        for name in node._parameter_overrides:  # which rclpy shows in no other way
-            if not node.has_parameter(name) and not name.startswith("qos_overrides."):
-                like = get_close_matches(name, TABLE, 1)
-                hint = f"; did you mean {like[0]}?" if like else ""
-                node.get_logger().warning(
-                    f"there is no parameter '{name}', its value is ignored{hint}"
-                )
+        values = _declare(node)
+        _warn_of_unknown(node)
         self.settings = settings_of(values)
         self._node = node
         self._on_change = on_change
         self._checked = threading.local()
         self._lock = threading.Lock()
-        node.add_pre_set_parameters_callback(lambda given: list(map(_widen, given)))
+        node.add_pre_set_parameters_callback(
+            lambda parameters: list(map(_widen, parameters))
+        )
         node.set_parameters(
             [
-                Parameter(
-                    setting.name, TYPES[type(setting.default)], values[setting.name]
-                )
-                for setting in TABLE.values()
+                Parameter(name, _kind(TABLE[name]), value)
+                for name, value in values.items()
             ]
         )
-        for (
-            setting
-        ) in TABLE.values():  # bounds at last: the refusals of `settings_of` say more
+        # Bounds at last: the refusals of `settings_of` say more.
+        for setting in TABLE.values():
             node.set_descriptor(setting.name, _descriptor(setting))
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
@@ -431,10 +418,10 @@ class Parameters:
     def _check(self, parameters: Sequence[Parameter]) -> msg.SetParametersResult:
         try:
             changes = _own_values(parameters)
-            values = dict(vars(self.settings))
+            values = vars(self.settings) | changes
             if PLATE & changes.keys():
                 del values["profile"]
-            self._checked.settings = settings_of({**values, **changes})
+            self._checked.settings = settings_of(values)
             for name in changes:
                 if TABLE[name].metadata["fixed"]:
                     raise RequestError(
@@ -450,21 +437,42 @@ class Parameters:
         changes = _own_values(parameters)
         if not changes:
             return
-        with (
-            self._lock
-        ):  # a file that was good when it was checked may be another one by now
-            values = vars(self.settings)
-            profile = (
-                self._checked.settings.profile
-                if PLATE & changes.keys()
-                else values["profile"]
-            )
-            self.settings = settings_of({**values, **changes, "profile": profile})
+        with self._lock:
+            values = vars(self.settings) | changes
+            if PLATE & changes.keys():
+                # The file may be another one by now than when it was checked.
+                values["profile"] = self._checked.settings.profile
+            self.settings = settings_of(values)
         self._on_change(self.settings)
 
 
+def _declare(node: Node) -> dict[str, Any]:
+    """Declare the parameters, still without bounds; their values."""
+    values = {}
+    for name, setting in TABLE.items():
+        descriptor = msg.ParameterDescriptor(name=name, dynamic_typing=True)
+        parameter = node.declare_parameter(name, setting.default, descriptor, False)
+        values[name] = _value(setting, _widen(parameter))
+    return values
+
+
+def _warn_of_unknown(node: Node) -> None:
+    """Warn of values that were given for parameters that there are not."""
+    for name in node._parameter_overrides:  # which rclpy shows in no other way
+        if not node.has_parameter(name) and not name.startswith("qos_overrides."):
+            like = get_close_matches(name, TABLE, 1)
+            hint = f"; did you mean {like[0]}?" if like else ""
+            node.get_logger().warning(
+                f"there is no parameter '{name}', its value is ignored{hint}"
+            )
+
+
+def _kind(setting: Field[Any]) -> Parameter.Type:
+    return TYPES[type(setting.default)]
+
+
 def _descriptor(setting: Field[Any]) -> msg.ParameterDescriptor:
-    kind = TYPES[type(setting.default)]
+    kind = _kind(setting)
     metadata = setting.metadata
     descriptor = msg.ParameterDescriptor(
         name=setting.name,
@@ -498,18 +506,15 @@ def _widen(parameter: Parameter) -> Parameter:
 
 
 def _value(setting: Field[Any], parameter: Parameter) -> Any:
-    kind = TYPES[type(setting.default)]
+    kind = _kind(setting)
     if parameter.type_ is not kind:
         raise RequestError(
             f"{setting.name} as {kind.name.lower()}",
             f"{parameter.value!r}",
             f"{setting.default!r} is the default",
         )
-    return (
-        tuple(parameter.value)
-        if isinstance(setting.default, tuple)
-        else parameter.value
-    )
+    value = parameter.value
+    return tuple(value) if isinstance(setting.default, tuple) else value
 
 
 def _own_values(parameters: Sequence[Parameter]) -> dict[str, Any]:

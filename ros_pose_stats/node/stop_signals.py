@@ -23,15 +23,16 @@ class StopSignals:
     def wait(self) -> None:
         """Return as soon as the end is asked for.
 
-        No ``threading.Event``: a handler runs in the thread that waits, maybe in the middle of
-        ``Event.wait`` while that holds the lock for which ``Event.set`` then waits for ever.
+        No ``threading.Event``: a handler runs in the thread that waits, maybe in the
+        middle of ``Event.wait`` while that holds the lock for which ``Event.set`` then
+        waits for ever.
         """
         while not self.is_requested:
             time.sleep(GLANCE_SECONDS)
 
 
 def finish_within(seconds: float, act: Callable[[], object]) -> bool:
-    """Whether something is done within some seconds; if not it goes on, and nobody waits."""
+    """Whether something ends within some seconds; if not it goes on by itself."""
     finished = threading.Event()
 
     def do() -> None:
@@ -47,8 +48,8 @@ def finish_within(seconds: float, act: Callable[[], object]) -> bool:
 def kill_after(seconds: float) -> None:
     """Have the process killed by SIGALRM, which needs no interpreter; 0 calls that off.
 
-    The end of a DDS participant may spin for ever with the interpreter locked (Fast DDS issue
-    6513). Where the signal is somebody else's already, nothing is done.
+    The end of a DDS participant may spin for ever with the interpreter locked (Fast DDS
+    issue 6513). Where the signal is somebody else's already, nothing is done.
     """
     if signal.getsignal(signal.SIGALRM) is signal.SIG_DFL:
         signal.setitimer(signal.ITIMER_REAL, seconds)

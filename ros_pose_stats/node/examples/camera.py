@@ -1,4 +1,4 @@
-"""A camera for the node: hands a detector's `vision_msgs/Detection3DArray` on as ObservedParts.
+"""A camera for the node: a detector's `Detection3DArray` becomes `ObservedParts`.
 
 ros2 run ros_pose_stats example_camera --ros-args -r detections:=/my_detector/detections
 """
@@ -15,7 +15,7 @@ from ros_pose_stats_msgs.msg import ObservedParts
 
 
 class ExampleCamera(Node):
-    """Takes detections of parts that have just landed, in the frame of the plate, each once."""
+    """Takes each part that has just landed once, in the frame of the plate."""
 
     def __init__(self, detections: Any) -> None:
         super().__init__("example_camera")
@@ -34,15 +34,15 @@ def observed_parts(message: Any) -> list[ObservedParts]:
     """An ObservedParts for each kind of part; the likeliest class_id is the part_id."""
     by_part: dict[str, ObservedParts] = {}
     for detection in message.detections:
-        for best in sorted(
-            detection.results, key=lambda result: -result.hypothesis.score
-        )[:1]:
-            part_id = best.hypothesis.class_id
-            parts = by_part.setdefault(
-                part_id, ObservedParts(header=message.header, part_id=part_id)
-            )
-            parts.poses.append(best.pose.pose)
-            parts.confidence.append(best.hypothesis.score)
+        if not detection.results:
+            continue
+        best = max(detection.results, key=lambda result: result.hypothesis.score)
+        part_id = best.hypothesis.class_id
+        parts = by_part.setdefault(
+            part_id, ObservedParts(header=message.header, part_id=part_id)
+        )
+        parts.poses.append(best.pose.pose)
+        parts.confidence.append(best.hypothesis.score)
     return list(by_part.values())
 
 

@@ -1,6 +1,7 @@
 """A planner: asks `~/feeding` what to do with a part, then looks, picks and flips.
 
-ros2 run ros_pose_stats example_planner --ros-args -p file:=clamp.stl -p unit:=mm -p wanted:="[0]"
+ros2 run ros_pose_stats example_planner --ros-args \
+    -p file:=clamp.stl -p unit:=mm -p wanted:="[0]"
 """
 
 import sys
@@ -16,6 +17,7 @@ from ros_pose_stats_msgs.srv import FeedingAnswer
 
 from ros_pose_stats import classify_orientations, load_part
 
+# As in FeedingAnswer.
 FEEDER = {
     "rate": 60.0,
     "cycle_time": 0.5,
@@ -23,18 +25,17 @@ FEEDER = {
     "plate_width": 0.2,
     "clearance": 0.0,
     "feeder_speed": "",
-}  # as in FeedingAnswer
+}
 LATCHED = QoSProfile(depth=256, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class ExamplePlanner(Node):
-    """Asks again whenever the node knows more of the part; robot and plate are lines of a log."""
+    """Asks again whenever the node knows more; robot and plate are lines of a log."""
 
     def __init__(self) -> None:
         super().__init__("example_planner")
-        file, unit = (
-            self.declare_parameter(name, "").value for name in ("file", "unit")
-        )
+        file = self.declare_parameter("file", "").value
+        unit = self.declare_parameter("unit", "").value
         wanted_poses = self.declare_parameter(
             "wanted", Parameter.Type.INTEGER_ARRAY
         ).value
@@ -88,24 +89,24 @@ class ExamplePlanner(Node):
         decided = f"{self.part.part_id}: pick {pick}, flip {flip}, leave {leave}"
         if decided != self.decided:
             print(
-                f"{decided}; {plan.parts_on_plate} parts, {1e3 * plan.kick_height:.3g} mm kicks:"
-                f" {plan.parts_per_minute:.3g} a minute. {plan.message}",
+                f"{decided}; {plan.parts_on_plate} parts, "
+                f"{1e3 * plan.kick_height:.3g} mm kicks: "
+                f"{plan.parts_per_minute:.3g} a minute. {plan.message}",
                 flush=True,
             )
         self.plan = plan
         self.decided = decided
 
     def look(self, picture: Any) -> None:
-        """Pick what lies right, fill the plate up, and kick it if that is worth its time."""
+        """Pick what lies right, fill the plate up, and kick it if that is worth it."""
         if self.plan is None or picture.part_id != self.part.part_id:
             return
         turns = [
             [getattr(pose.orientation, axis) for axis in "xyzw"]
             for pose in picture.poses
         ]
-        poses = classify_orientations(
-            self.part, turns
-        ).tolist()  # -1: none, or not surely
+        # -1: none, or not surely
+        poses = classify_orientations(self.part, turns).tolist()
         actions = [
             self.plan.action[pose] if pose >= 0 else self.plan.LEAVE for pose in poses
         ]
@@ -133,9 +134,8 @@ def main() -> int:
         if node is None:
             print(f"example_planner: {error}", file=sys.stderr)
             return 2
-        if (
-            rclpy.ok()
-        ):  # else Ctrl-C or SIGTERM ended ROS, maybe in the middle of a callback
+        # Else Ctrl-C or SIGTERM ended ROS, maybe in the middle of a callback.
+        if rclpy.ok():
             raise
     rclpy.try_shutdown()
     return 0

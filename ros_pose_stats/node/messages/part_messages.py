@@ -1,8 +1,9 @@
 """Between part messages and what the core works on; pure functions.
 
-rclpy makes a Python object of every vertex and triangle, a second for a large mesh. Here the
-arrays are seen in place instead: little-endian plain CDR (XCDR1) with its 4-byte header, in
-which primitives are aligned to their own size, counted from behind the header.
+rclpy makes a Python object of every vertex and triangle, a second for a large mesh.
+Here the arrays are seen in place instead: little-endian plain CDR (XCDR1) with its
+4-byte header, in which primitives are aligned to their own size, counted from behind
+the header.
 """
 
 from array import array
@@ -27,9 +28,9 @@ from . import part_requests, times
 
 LITTLE_ENDIAN_CDR = b"\x00\x01"
 HEADER = 4
-MAX_PADDING = (
-    16  # at the end: Fast CDR leaves room for empty sequences that it does not write
-)
+TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")  # of the inertia, row by row
+# At the end: Fast CDR leaves room for empty sequences that it does not write.
+MAX_PADDING = 16
 
 
 class NotPlainCdrError(Exception):
@@ -85,7 +86,7 @@ class _Cursor:
             raise NotPlainCdrError from error
 
     def end(self) -> None:
-        """Make sure that all was read, but for what serialisers leave room for at the end."""
+        """Make sure that all was read, but for the padding of serialisers."""
         if len(self._data) - self._position >= MAX_PADDING:
             raise NotPlainCdrError
 
@@ -97,26 +98,27 @@ def _read_mesh(cursor: _Cursor) -> tuple[NDArray[np.float64], NDArray[np.uint32]
 
 def _read_observed_parts(data: bytes) -> ObservedArrays:
     cursor = _Cursor(data)
-    stamp = cursor.stamp()
-    frame_id = cursor.text()
-    part_id = cursor.text()
-    poses = cursor.array(7 * cursor.count(), "<f8").reshape(-1, 7)
-    confidence = cursor.array(cursor.count(), "<f8")
-    from_pose = int(cursor.array(1, "<i4")[0])
-    feeder_speed = cursor.text()
-    cursor.end()
-    return ObservedArrays(
-        stamp, frame_id, part_id, poses, confidence, from_pose, feeder_speed
+    # In the order of the message's fields.
+    observed = ObservedArrays(
+        stamp=cursor.stamp(),
+        frame_id=cursor.text(),
+        part_id=cursor.text(),
+        poses=cursor.array(7 * cursor.count(), "<f8").reshape(-1, 7),
+        confidence=cursor.array(cursor.count(), "<f8"),
+        from_pose=int(cursor.array(1, "<i4")[0]),
+        feeder_speed=cursor.text(),
     )
+    cursor.end()
+    return observed
 
 
 T = TypeVar("T")
 
-MAX_NESTED = (
-    10_000  # triangles of a nested mesh in a request; each is a Python object to rclpy
-)
+# Triangles of a nested mesh in a request; each is a Python object to rclpy.
+MAX_NESTED = 10_000
+# Bytes of a message for rclpy's deserialiser: they become 25 times as many, 0.3 s a
+# MiB.
 MAX_DESERIALIZED = 4 * 2**20
-"""Bytes of a message for rclpy's deserialiser: they become 25 times as many, 0.3 s a MiB."""
 
 
 def request_of_mesh_bytes(
@@ -167,13 +169,9 @@ def take_request(message: PartMesh) -> part_requests.PartRequest:
 
 def has_mesh(message: PartMesh) -> bool:
     """Whether a request carries a part."""
-    return bool(
-        len(message.mesh.triangles)
-        or len(message.mesh.vertices)
-        or len(message.vertices)
-        or len(message.triangles)
-        or message.mesh_resource
-    )
+    mesh = message.mesh
+    arrays = (mesh.triangles, mesh.vertices, message.vertices, message.triangles)
+    return any(map(len, arrays)) or message.mesh_resource != ""
 
 
 def part_message(
@@ -189,11 +187,12 @@ def part_message(
     message.restitution, message.drop_height = request.scene_override
     message.header.stamp = times.time_message(stamp)
     inertia = message.inertia
-    com = message.inertia.com
-    inertia.m, (com.x, com.y, com.z) = request.mass, map(float, request.center_of_mass)
-    (inertia.ixx, inertia.ixy, inertia.ixz, inertia.iyy, inertia.iyz, inertia.izz) = (
-        map(float, request.inertia[np.triu_indices(3)])
-    )
+    inertia.m = request.mass
+    for axis, x in zip("xyz", request.center_of_mass.tolist(), strict=True):
+        setattr(inertia.com, axis, x)
+    tensor = request.inertia[np.triu_indices(3)].tolist()
+    for name, moment in zip(TENSOR, tensor, strict=True):
+        setattr(inertia, name, moment)
     return message
 
 
@@ -210,20 +209,18 @@ def _read_part_request(data: bytes) -> part_requests.PartRequest:
     vertices, triangles = _read_mesh(cursor)
     flat_vertices = cursor.array(cursor.count(), "<f8")
     flat_triangles = cursor.array(cursor.count(), "<u4")
-    # unit, mass, centre of mass (3), ixx, ixy, ixz, iyy, iyz, izz, restitution, drop_height
-    values = cursor.array(13, "<f8")
+    unit, mass, x, y, z, *tensor, restitution, drop_height = cursor.array(
+        13, "<f8"
+    ).tolist()
     resource = cursor.text()
     cursor.end()
     name = part_requests.name_suffix(part_id)
-    sources = [
-        field
-        for field, size in (
-            ("mesh", vertices.size + triangles.size),
-            ("the flat arrays", flat_vertices.size + flat_triangles.size),
-            ("mesh_resource", resource),
-        )
-        if size
-    ]
+    sizes = {
+        "mesh": vertices.size + triangles.size,
+        "the flat arrays": flat_vertices.size + flat_triangles.size,
+        "mesh_resource": len(resource),
+    }
+    sources = [source for source, size in sizes.items() if size]
     if len(sources) != 1:
         raise MeshError(
             "one of mesh, the flat arrays vertices and triangles, and mesh_resource "
@@ -231,7 +228,6 @@ def _read_part_request(data: bytes) -> part_requests.PartRequest:
             " and ".join(sources) or "none",
             "fill exactly one",
         )
-    unit = float(values[0])
     if resource:
         mesh = files.read_mesh(resource_file(resource), unit, unless_declared=True)
         vertices = np.asarray(mesh.vertices)
@@ -240,16 +236,15 @@ def _read_part_request(data: bytes) -> part_requests.PartRequest:
     elif sources != ["mesh"]:
         vertices = _rows(flat_vertices, f"vertices{name}")
         triangles = _rows(flat_triangles, f"triangles{name}")
-    inertia = values[[5, 6, 7, 6, 8, 9, 7, 9, 10]].reshape(3, 3)
     return part_requests.PartRequest(
         part_id,
         vertices,
         triangles,
         unit,
-        float(values[1]),
-        np.array(values[2:5]),
-        inertia,
-        (float(values[11]), float(values[12])),
+        mass,
+        np.array([x, y, z]),
+        np.array(tensor)[[0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(3, 3),
+        (restitution, drop_height),
         stamp,
     )
 
@@ -312,7 +307,7 @@ def check_size(data: bytes, kind: type, max_bytes: int) -> None:
     if len(data) > max_bytes:
         in_place = (
             "; a mesh in plain little-endian CDR may be larger"
-            if (kind in (Mesh, PartMesh))
+            if kind in (Mesh, PartMesh)
             else ""
         )
         raise RequestError(

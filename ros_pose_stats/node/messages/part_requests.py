@@ -1,4 +1,4 @@
-"""A part as a client sends it, stripped of its message and checked as far as is cheap."""
+"""A part as a client sends it, without its message, checked as far as is cheap."""
 
 import hashlib
 import math
@@ -50,7 +50,7 @@ class PartRequest:
 
 
 def quote_text(text: str) -> str:
-    """What a client sent, for a message or a log: in quotes, in one line, not too long."""
+    """What a client sent, for a message or a log: quoted, in one short line."""
     return repr(text if len(text) <= MAX_QUOTED else text[:MAX_QUOTED] + "…")
 
 
@@ -81,7 +81,7 @@ def check_name(part_id: str) -> None:
 
 
 def check_request(request: PartRequest, most_bytes: int) -> None:
-    """What can be refused without looking at every triangle; raises MeshError, RequestError."""
+    """Refuse what needs no look at every triangle; raises MeshError, RequestError."""
     check_name(request.part_id)
     if request.bytes() > most_bytes:
         raise MeshError(
@@ -108,9 +108,8 @@ def check_request(request: PartRequest, most_bytes: int) -> None:
 def build_part(request: PartRequest) -> Part:
     """Build the part; raises PoseStatsError with one line that says what is wrong."""
     has_mass = request.mass != 0.0
-    with np.errstate(
-        invalid="ignore"
-    ):  # of NaN of a kind that only broken messages have
+    # Broken messages have NaN of a kind that numpy warns of.
+    with np.errstate(invalid="ignore"):
         return part_from_mesh(
             request.vertices,
             request.triangles,
@@ -123,7 +122,7 @@ def build_part(request: PartRequest) -> Part:
 
 
 def estimator_name(method: str, restitution: float) -> str:
-    """The estimator that a name stands for; raises RequestError if it stands for none."""
+    """The estimator that a name stands for; RequestError if it stands for none."""
     if method == AUTO:
         return best_method(restitution)
     if method not in AT_ONCE:

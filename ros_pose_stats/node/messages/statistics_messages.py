@@ -1,4 +1,4 @@
-"""From pose statistics to their messages, and which of two results is the better one."""
+"""From pose statistics to their messages, and which of two results is better."""
 
 import copy
 import math
@@ -45,7 +45,7 @@ def statistics_message(
 
 
 def fill_bounds(response: Any, **numbers: Sequence[float]) -> None:
-    """Put numbers, each followed by its lower and upper bound, into a response by their names."""
+    """Put numbers, each with its lower and upper bound, into a response by name."""
     for name, values in numbers.items():
         for end, value in zip(("", "_low", "_high"), values, strict=True):
             setattr(response, name + end, value)
@@ -72,7 +72,9 @@ def farewell_message(
     return message
 
 
-_OUTLINES: "WeakKeyDictionary[records.RestingShape, tuple[array[float], array[float]]]" = WeakKeyDictionary()
+_Outlines = tuple["array[float]", "array[float]"]
+_OUTLINES: "WeakKeyDictionary[records.RestingShape, _Outlines]" = WeakKeyDictionary()
+"""Contact polygon and outline, which all messages of a pose share."""
 
 
 def _pose_message(part_id: str, pose: records.StablePose) -> msg.StablePose:
@@ -80,17 +82,15 @@ def _pose_message(part_id: str, pose: records.StablePose) -> msg.StablePose:
     message.pose_id = f"{part_id}/{pose.index}"
     for name in POSE_FIELDS:
         setattr(message, name, getattr(pose, name))
-    orientation = message.pose.orientation
-    orientation.x, orientation.y, orientation.z, orientation.w = (
-        pose.orientation.tolist()
-    )
-    for vector, values in (
+    for vector, components in (
         (message.pose.position, pose.position),
+        (message.pose.orientation, pose.orientation),
         (message.down, pose.down),
         (message.roll_axis, pose.roll_axis),
     ):
-        vector.x, vector.y, vector.z = values.tolist()
-    # all messages of a pose share these, as nobody writes to them
+        for axis, component in zip("xyzw", components.tolist(), strict=False):
+            setattr(vector, axis, component)
+    # Nobody writes to these.
     outlines = _OUTLINES.get(pose.shape)
     if outlines is None:
         outlines = _OUTLINES[pose.shape] = (
@@ -123,31 +123,32 @@ def statistics_of_message(message: msg.PoseStatistics) -> records.PoseStatistics
 
 
 def _pose_of(message: msg.StablePose) -> records.StablePose:
-    position = message.pose.position
-    orientation = message.pose.orientation
-    direction = message.down
     fields = {name: getattr(message, name) for name in POSE_FIELDS}
     shape = DrawnShape(
         np.array(message.support_polygon).reshape(-1, 2),
         np.array(message.outline).reshape(-1, 2),
     )
     return records.StablePose(
-        down=np.array([direction.x, direction.y, direction.z]),
+        down=_components(message.down),
         members=(),
         shape=shape,
-        roll_axis=np.array(
-            [message.roll_axis.x, message.roll_axis.y, message.roll_axis.z]
-        ),
-        orientation=np.array(
-            [orientation.x, orientation.y, orientation.z, orientation.w]
-        ),
-        position=np.array([position.x, position.y, position.z]),
+        roll_axis=_components(message.roll_axis),
+        orientation=_components(message.pose.orientation, "xyzw"),
+        position=_components(message.pose.position),
         **fields,
     )
 
 
+def _components(vector: Any, axes: str = "xyz") -> records.Array:
+    """A vector or quaternion of a message as an array."""
+    return np.array([getattr(vector, axis) for axis in axes])
+
+
 def comparable_error(message: msg.PoseStatistics) -> float:
-    """Expected error; a plate's where nobody knows it, so that few drops push nothing aside."""
+    """Expected error; the plate's where that is unknown.
+
+    So a few drops do not take the place of a better estimate.
+    """
     error: float = message.expected_error
     return float(message.plate_error) if math.isnan(error) else error
 
@@ -160,8 +161,9 @@ def refutes(message: msg.PoseStatistics) -> bool:
 def replaces(newer: msg.PoseStatistics, older: msg.PoseStatistics) -> bool:
     """Whether a result takes the place of the latched one for the same scene.
 
-    A larger expected error never replaces a smaller one, but that a simulation ends what it has
-    shown of itself, and that a newer method counts. What drops refuted needs as many drops.
+    A larger expected error never replaces a smaller one, but that a simulation ends
+    what it has shown of itself, and that a newer method counts. What drops refuted
+    needs as many drops.
     """
     if newer.part_digest == older.part_digest and refutes(newer) != refutes(older):
         return newer.drops >= older.drops

@@ -15,7 +15,7 @@ _read_clock: Callable[[], int] = time.time_ns
 
 
 def follow_clock(clock: Clock) -> None:
-    """Take the stamps of this process from a node's clock; until then they are the system's."""
+    """Take this process's stamps from a node's clock, until then the system's."""
     global _read_clock
     _read_clock = lambda: clock.now().nanoseconds  # noqa: E731
 
@@ -28,7 +28,7 @@ def current_stamp() -> int:
 def steady_timer(
     node: Node, seconds: float, callback: Callable[[], None]
 ) -> timer.Timer:
-    """Make a timer that goes on beside all else, where simulated time stands still or jumps."""
+    """Make a timer beside all else that no jump of simulated time disturbs."""
     return node.create_timer(
         seconds,
         callback,

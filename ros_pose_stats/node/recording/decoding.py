@@ -25,25 +25,26 @@ KINDS = PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (
 )
 CONVERT = "`ros2 bag convert` makes a plain MCAP bag of it"
 SECOND = 1_000_000_000
-ZSTD_START = b"\x28\xb5\x2f\xfd"  # how data compressed by zstd begins; a message begins with a zero
+# How data compressed by zstd begins; a message begins with a zero.
+ZSTD_START = b"\x28\xb5\x2f\xfd"
 
 
 def kind_of(type_name: str) -> str:
-    """Name of a message type that the analysis reads, without the package; empty for others."""
+    """Short name of a message type that the analysis reads; empty for others."""
     package, _, path = type_name.partition("/")
     name = path.removeprefix("msg/")
     return name if package == PACKAGE and name in KINDS else ""
 
 
 class Decoders:
-    """Decodes by the definitions that come with messages; `failed` did not fit theirs."""
+    """Decodes by the definitions that come with messages; `failures` did not fit."""
 
     def __init__(self) -> None:
         self._by_definition: dict[tuple[str, str], Callable[[bytes], Any] | None] = {}
         self.failures = 0
 
     def decode(self, message: RawMessage) -> Any | None:
-        """The message with the fields of its definition; None if broken, BagError if packed."""
+        """The message by its definition; None if broken, BagError if compressed."""
         if message.data.startswith(ZSTD_START):
             raise BagError(
                 "messages that are not compressed one by one",
@@ -61,7 +62,8 @@ class Decoders:
                     ),
                 )
         decoder = self._by_definition[definition]
-        # struct, Unicode, index and memory errors alike: the bytes are not what was said.
+        # struct, Unicode, index and memory errors alike: the bytes are not what they
+        # should be.
         with suppress(Exception):
             if decoder is not None:
                 return decoder(message.data)
@@ -70,7 +72,10 @@ class Decoders:
 
 
 def numbering_of(message: Any) -> Numbering:
-    """What a message says, the tolerance to 12 digits; older ones took round surfaces as given."""
+    """How a message numbers poses, the tolerance to 12 digits.
+
+    Older nodes left round surfaces as the mesh has them.
+    """
     tolerance = float(f"{float(getattr(message, 'cluster_tolerance', math.nan)):.12g}")
     # One object for all that are not known: a NaN as a key equals itself alone.
     return Numbering(
@@ -80,7 +85,7 @@ def numbering_of(message: Any) -> Numbering:
 
 
 def stamp_of(message: Any) -> int:
-    """Time stamp of a message's header, nanoseconds since 1970; 0 where there is none."""
+    """Time stamp of a message's header [ns since 1970]; 0 where there is none."""
     stamp = getattr(getattr(message, "header", None), "stamp", None)
     return 0 if stamp is None else int(stamp.sec) * SECOND + int(stamp.nanosec)
 
@@ -97,7 +102,7 @@ def fingerprint(*values: Any) -> bytes:
 
 
 def part_of(message: Any) -> Part | None:
-    """The part of a PartMesh; None where a node refused it too, or the definition is another."""
+    """The part of a PartMesh; None if a node refused it too, or it has other fields."""
     from ...core.mesh.parts import part_from_mesh
 
     try:

@@ -26,6 +26,7 @@ _READERS: dict[int, Callable[[data_stream.ReadDataStream], records.McapRecord]] 
     opcode.Opcode.CHANNEL: records.Channel.read,
     opcode.Opcode.CHUNK: records.Chunk.read,
 }
+_NO_SCHEMA = records.Schema(0, b"", "", "")
 _BLOCK = 1 << 20
 _STEP = 1_000_000
 _FIRST_PRIVATE = 0x80
@@ -37,24 +38,22 @@ class Frame:
     """A whole record."""
 
     opcode: int
-    start: int  # its place in the file, including the checksum record in front of it, if any
+    start: int  # in the file, at the checksum record in front of it, if any
     end: int
     head: bytes  # the checksum record, if any, opcode and length
     body: bytes
 
     def record(self) -> records.McapRecord | None:
-        """The record itself; None for a kind not needed, one of UNREADABLE where it is no such."""
+        """The record itself; None for kinds not needed; raises one of UNREADABLE."""
         if self.opcode == opcode.Opcode.MESSAGE:
             channel, number, log_time, publish_time = MESSAGE.unpack_from(self.body)
             return records.Message(
                 channel, log_time, self.body[MESSAGE.size :], publish_time, number
             )
-        read_body = _READERS.get(self.opcode)
-        return (
-            None
-            if read_body is None
-            else read_body(data_stream.ReadDataStream(BytesIO(self.body)))
-        )
+        if self.opcode not in _READERS:
+            return None
+        body = data_stream.ReadDataStream(BytesIO(self.body))
+        return _READERS[self.opcode](body)
 
 
 def read_frames(
@@ -111,7 +110,7 @@ def _read_frame(file: BinaryIO, start: int, size: int) -> Frame | None:
 
 
 def _find_checked(file: BinaryIO, start: int, size: int) -> int:
-    """Where the next record with a sound checksum begins; the size where there is none."""
+    """Where the next record with a sound checksum begins; the size if there is none."""
     while start < size:
         file.seek(start)
         block = file.read(_BLOCK)
@@ -129,27 +128,29 @@ def _find_checked(file: BinaryIO, start: int, size: int) -> int:
 class RawMessage:
     """A recorded message."""
 
-    topic: str  # such as `/pose_stats/answers` and `ros_pose_stats_msgs/msg/PoseStatistics`
-    type_name: str
+    topic: str  # such as `/pose_stats/answers`
+    type_name: str  # such as `ros_pose_stats_msgs/msg/PoseStatistics`
     data: bytes  # CDR with its header of 4 bytes
     log_time: int  # when it was recorded [ns since 1970]
     definition: str  # definition of the type, as the bag has it
 
 
 OnDamage = Callable[[int, int, int, str], None]
-"""Told begin and end of bytes that were passed over, equal where only summary and footer are
-missing, out of how many, unpacked, and the reason in one clause."""
+"""Called with begin and end of bytes that were passed over, equal where only summary
+and footer are missing, the size of the unpacked file, and the reason in one clause.
+"""
 
 
 def read_messages(
     bag: Path,
-    on_damage: OnDamage = lambda start, end, size, reason: None,
-    on_read: Callable[[float], None] = lambda share: None,
+    on_damage: OnDamage,
+    on_read: Callable[[float], None],
 ) -> Iterator[RawMessage]:
-    """All whole messages of a bag, file by file, in the order in which they were records.
+    """All whole messages of a bag, file by file, in the order of their records.
 
-    `bag`: a directory or a single file, chunked, finished, or compressed as a whole, or not;
-    `on_read`: told after every megabyte which fraction of its file has been read.
+    `bag`: a directory or a single file, chunked, finished, or compressed as a whole, or
+    not; `on_read`: called after every megabyte with the fraction of its file that has
+    been read.
     """
     for path in files_of_bag(bag):
         with _open_unpacked(path) as file:
@@ -184,12 +185,9 @@ def _read_file(
             if isinstance(item, records.Schema):
                 schemas[item.id] = item
             elif isinstance(item, records.Channel):
-                schema = schemas.get(item.schema_id)
-                channels[item.id] = (
-                    item.topic,
-                    schema.name if schema else "",
-                    schema.data.decode(errors="replace") if schema else "",
-                )
+                schema = schemas.get(item.schema_id, _NO_SCHEMA)
+                definition = schema.data.decode(errors="replace")
+                channels[item.id] = item.topic, schema.name, definition
             elif isinstance(item, records.Message):
                 if item.channel_id not in channels:
                     on_damage(
@@ -201,7 +199,7 @@ def _read_file(
 
 
 def files_of_bag(bag: Path, *endings: str) -> list[Path]:
-    """The MCAP files of a bag directory, or those of other endings, in the order of their numbers.
+    """The MCAP files of a bag directory by number, or those of other endings.
 
     A file is its own bag.
     """
@@ -218,10 +216,11 @@ def files_of_bag(bag: Path, *endings: str) -> list[Path]:
 
 
 def _open_unpacked(path: Path) -> BinaryIO:
-    """A bag's file, seekable; one that was compressed as a whole is unpacked for that."""
+    """A bag's file, seekable; one that was compressed as a whole is unpacked."""
     if path.suffix != _PACKED:
         return open_file(path)
-    unpacked = cast(BinaryIO, tempfile.TemporaryFile())  # noqa: SIM115  closed by the caller
+    # The caller closes it.
+    unpacked = cast(BinaryIO, tempfile.TemporaryFile())  # noqa: SIM115
     try:
         with (
             open_file(path) as file,
@@ -230,9 +229,8 @@ def _open_unpacked(path: Path) -> BinaryIO:
             ) as reader,
         ):
             shutil.copyfileobj(cast(Any, reader), unpacked)
-    except (
-        zstandard.ZstdError
-    ):  # what came out before is as good as a file that was cut
+    except zstandard.ZstdError:
+        # What came out before is as good as a file that was cut.
         if not unpacked.tell():
             unpacked.close()
             return open_file(path)
@@ -244,7 +242,7 @@ def _open_unpacked(path: Path) -> BinaryIO:
 
 
 def _unpack_chunk(chunk: records.Chunk) -> list[records.McapRecord]:
-    """The records of a chunk; McapError where it is damaged or compressed in an unknown way."""
+    """The records of a chunk; McapError where it cannot be unpacked."""
     try:
         return stream_reader.breakup_chunk(chunk, validate_crc=True)
     except Exception as error:  # each compression has errors of its own

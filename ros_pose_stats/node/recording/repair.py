@@ -5,6 +5,7 @@ import re
 import shutil
 import time
 import zlib
+from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,12 +26,9 @@ from .reader import UNREADABLE, Frame, read_frames
 from .runs import METADATA, find_bag_files, find_runs
 from .writer import mcap_layout
 
-_LEAST = (
-    2 * len(mcap_layout.MAGIC) + mcap_layout.RECORD.size + mcap_layout.FOOTER_LENGTH
-)
-_CHECK_SIZE = 4 + len(
-    mcap_layout.MAGIC
-)  # of the checksum of the summary, and what follows it
+_MAGIC_LENGTH = len(mcap_layout.MAGIC)
+_LEAST = 2 * _MAGIC_LENGTH + mcap_layout.RECORD.size + mcap_layout.FOOTER_LENGTH
+_CHECK_SIZE = 4 + _MAGIC_LENGTH  # checksum of the summary, and what follows it
 _YOUNG = 60.0  # seconds; a run without files is then that of a process that died
 _MESSAGE_COUNT = re.compile(r"^  message_count: (\d+)$", re.MULTILINE)
 
@@ -48,8 +46,8 @@ class Repair:
 def repair_bags(log_directory: Path) -> list[Repair]:
     """Mend all unfinished bags of a log directory that no process has in hand.
 
-    One repair for each, oldest first, or one for a directory that cannot be read; nothing is
-    raised, and what has other names than ours is left alone.
+    One repair for each, oldest first, or one for a directory that cannot be read;
+    nothing is raised, and what has other names than ours is left alone.
     """
     try:
         tried = map(_repair, find_runs(log_directory))
@@ -85,7 +83,7 @@ def _problem(directory: Path, error: OSError) -> Repair:
 
 
 def _is_finished(run: Path) -> bool:
-    """Whether all files are finished, and `metadata.yaml` names them and counts their messages."""
+    """Whether all files are finished, and `metadata.yaml` has them and their counts."""
     messages = 0
     files = find_bag_files(run)
     for path in files:
@@ -106,12 +104,12 @@ def _is_finished(run: Path) -> bool:
 
 
 def _finished_contents(path: Path) -> mcap_layout.Contents | None:
-    """What the summary of a file says; None where the file does not end with a sound one."""
+    """What the summary of a file says; None if it does not end with a sound one."""
     with open_file(path) as file:
         size = os.fstat(file.fileno()).st_size
         if size < _LEAST:
             return None
-        file.seek(size - mcap_layout.FOOTER_LENGTH - len(mcap_layout.MAGIC))
+        file.seek(size - mcap_layout.FOOTER_LENGTH - _MAGIC_LENGTH)
         summary_start = int.from_bytes(file.read(8), "little")
         if not 0 < summary_start < size:
             return None
@@ -122,7 +120,7 @@ def _finished_contents(path: Path) -> mcap_layout.Contents | None:
             return None
         file.seek(summary_start)
         end = file.read()
-    check = int.from_bytes(end[-_CHECK_SIZE : -len(mcap_layout.MAGIC)], "little")
+    check = int.from_bytes(end[-_CHECK_SIZE:-_MAGIC_LENGTH], "little")
     if check not in (0, zlib.crc32(end[:-_CHECK_SIZE])):
         return None
     if (
@@ -138,14 +136,14 @@ def _finished_contents(path: Path) -> mcap_layout.Contents | None:
     return mcap_layout.Contents(
         summary.schemas,
         summary.channels,
-        statistics.channel_message_counts,
+        Counter(statistics.channel_message_counts),
         statistics.message_start_time,
         statistics.message_end_time,
     )
 
 
 def mend(directory: Path) -> Repair:
-    """Finish and describe the files of a locked run; this may be killed and repeated."""
+    """Finish and describe the files of a locked run; may be killed and repeated."""
     files: dict[str, mcap_layout.Contents] = {}
     cut_bytes = 0
     for path in find_bag_files(directory):
@@ -165,7 +163,7 @@ def mend(directory: Path) -> Repair:
 
 
 def _mend_file(path: Path) -> tuple[mcap_layout.Contents, int]:
-    """Write the sound part of a file under a header of today, closed, in its place; bytes cut."""
+    """Replace a file by its sound part, under a header of today, closed; bytes cut."""
     half = path.with_name(path.name + HALF)
     cut_bytes: list[int] = []
     try:
@@ -202,7 +200,7 @@ def _mend_file(path: Path) -> tuple[mcap_layout.Contents, int]:
 
 
 def _enter_record(frame: Frame, contents: mcap_layout.Contents) -> None:
-    """Note what a record adds to the contents; one of UNREADABLE if it is better left out.
+    """Note what a record adds to the contents; raises one of UNREADABLE to skip it.
 
     OSError: without the channel or type of a message the file is better left as it is.
     """

@@ -1,11 +1,12 @@
-"""The record of one run, as the node keeps it: files are written, follow each other, and go."""
+"""The record of one run while it is kept: files are written, follow each other, go."""
 
 import errno
 import os
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 from ...base.files import (
@@ -19,17 +20,17 @@ from . import repair, runs
 from .writer import bag_file, mcap_layout, message_types
 
 _MIN_FILES = 8
-"""Files that the bound of a log directory has room for at least, so that the oldest can go."""
+"""Files that the bound of a log directory has room for, so that the oldest can go."""
 
 
 class RunLog:
     """One run's bag, `directory`, made with its first record; called by any thread.
 
-    A file that cannot be gone on with is followed by another one, and a bag that was deleted or
-    moved away by another bag. A file that would grow beyond `max_bag_bytes` is followed by the
-    next. To keep all of the log directory, which nodes may share, below `max_log_bytes` (0: no
-    bound) the oldest runs are deleted, then the oldest closed files of this bag, which are at most
-    an eighth of the bound.
+    A file that cannot be gone on with is followed by another one, and a bag that was
+    deleted or moved away by another bag. A file that would grow beyond `max_bag_bytes`
+    is followed by the next. To keep all of the log directory, which nodes may share,
+    below `max_log_bytes` (0: no bound) the oldest runs are deleted, then the oldest
+    closed files of this bag, which are at most an eighth of the bound.
     """
 
     def __init__(
@@ -38,23 +39,20 @@ class RunLog:
         types: Mapping[str, message_types.MessageType],
         *,
         max_bag_bytes: int,
-        max_log_bytes: int = 0,
-        node: str = "",
+        max_log_bytes: int,
+        node: str,
     ) -> None:
-        self.directory = log_directory / runs.new_run_name(log_directory)
-        self._types = dict(types)
-        self._node = node
+        self.directory = runs.new_run(log_directory)
+        self._open_file = partial(bag_file.BagFile, types=types, node=node)
         self._lengths = {
             topic: message_types.CdrLength(kind) for topic, kind in types.items()
         }
-        start = len(mcap_layout.opening(self._types, 0, node)[0])
+        start = len(mcap_layout.opening(types, 0, node)[0])
         self._overhead = 3 * start
-        self._max_bytes = min(
-            max_bag_bytes,
-            max(max_log_bytes // _MIN_FILES, 4 * start)
-            if max_log_bytes
-            else max_bag_bytes,
-        )
+        self._max_bytes = max_bag_bytes
+        if max_log_bytes:
+            share = max(max_log_bytes // _MIN_FILES, 4 * start)
+            self._max_bytes = min(max_bag_bytes, share)
         self.space = runs.SpaceBound(log_directory, max_log_bytes)
         self._lock = threading.RLock()
         self._bag: _Bag | None = None
@@ -62,7 +60,10 @@ class RunLog:
         self._last_time = 0
 
     def write(self, topic: str, data: bytes) -> None:
-        """Record a message in CDR, which outlives this process; OSError: the next tries again."""
+        """Record a message in CDR, which outlives this process.
+
+        After an OSError the next message tries again.
+        """
         message = self._lengths[topic].trimmed(data)
         with self._refusals(), self._lock:
             bag = self._bag_for(mcap_layout.message_size(message))
@@ -97,14 +98,15 @@ class RunLog:
             ) from error
 
     def leave_lost_bag(self) -> None:
-        """Go on in another bag where this one was deleted or moved; OSError where nobody knows."""
+        """Go on in another bag where this one was deleted or moved.
+
+        OSError where that cannot be seen.
+        """
         with self._lock:
             if self._bag is not None and self._bag.is_gone():
                 self._bag.abandon()
                 self._bag = None
-                self.directory = self.directory.with_name(
-                    runs.new_run_name(self.directory.parent)
-                )
+                self.directory = runs.new_run(self.directory.parent)
 
     @property
     def bytes_written(self) -> int:
@@ -122,8 +124,8 @@ class RunLog:
         if self._is_closed:
             raise OSError("the log is closed")
         self.leave_lost_bag()
-        # Beside the record there may be the end of one file, a whole empty one, and for a moment
-        # both the old and the new metadata.yaml.
+        # Beside the record there may be the end of one file, a whole empty one, and for
+        # a moment both the old and the new metadata.yaml.
         size = self._bag.size + 2 * self._bag.metadata_size if self._bag else 0
         self.space.enforce(
             self.directory,
@@ -132,36 +134,30 @@ class RunLog:
         )
         if self._bag is None:
             if self.directory.exists():
-                self.directory = self.directory.with_name(
-                    runs.new_run_name(self.directory.parent)
-                )
-            self._bag = _Bag(self.directory, self._types, self._max_bytes, self._node)
+                self.directory = runs.new_run(self.directory.parent)
+            self._bag = _Bag(self.directory, self._open_file, self._max_bytes)
         return self._bag
 
 
 class _Bag:
-    """The files of a run, in a directory that is made and locked. Used by one thread at a time."""
+    """The files of a run, in a locked directory; used by one thread at a time."""
 
     def __init__(
         self,
         path: Path,
-        types: Mapping[str, message_types.MessageType],
+        open_file: Callable[[Path], bag_file.BagFile],
         max_bytes: int,
-        node: str,
     ) -> None:
         self._path = path
         self._lock = _locked_directory(path)
-        self._types = types
-        self._node = node
+        self._open_file = open_file
         self._max_bytes = max_bytes
         self.file: bag_file.BagFile | None = None  # that is being written
         self.metadata_size = 0
-        self._closed_sizes: dict[
-            str, int
-        ] = {}  # bytes of the files before that one, oldest first
-        self._finished_files: dict[
-            str, mcap_layout.Contents
-        ] = {}  # what those hold that have a footer
+        # bytes of the files before that one, oldest first
+        self._closed_sizes: dict[str, int] = {}
+        # what those hold that have a footer
+        self._finished_files: dict[str, mcap_layout.Contents] = {}
         self._next_number = 0
         self._is_described = False
 
@@ -175,7 +171,7 @@ class _Bag:
         return not self._lock.holds(self._path)
 
     def append(self, topic: str, data: memoryview, log_time: int) -> None:
-        """Write a message; OSError where it, or the bag's description, has to be tried again."""
+        """Write a message; after an OSError it, or the description, is tried again."""
         file = self.file
         if (
             file is not None
@@ -187,7 +183,7 @@ class _Bag:
         if self.file is None:
             while (path := runs.bag_file(self._path, self._next_number)).exists():
                 self._next_number += 1
-            self.file = bag_file.BagFile(path, self._types, self._node)
+            self.file = self._open_file(path)
             self._next_number += 1
             self._is_described = False
         self.file.append(topic, data, log_time)
@@ -195,7 +191,7 @@ class _Bag:
             self._describe()
 
     def drop_oldest(self) -> tuple[str, int] | None:
-        """Delete the oldest file that is closed; its name and bytes, if there is one."""
+        """Delete the oldest closed file; its name and bytes, if there is one."""
         if not self._closed_sizes:
             return None
         name = next(iter(self._closed_sizes))
@@ -207,7 +203,7 @@ class _Bag:
         return None
 
     def finish(self) -> None:
-        """Finish all files, describe the bag for good, and let go of it, also on an OSError."""
+        """Finish all files, describe the bag for good, and let go of it in any case."""
         try:
             if self.file is not None and not self._leave_broken(self.file):
                 self._finish_file(self.file)

@@ -12,32 +12,31 @@ from ...base.files import HALF, DirectoryLock, remove_empty
 
 METADATA = "metadata.yaml"
 RESCAN = 10.0
-"""Seconds after which the log directory is looked at again, for what other nodes have done."""
+"""Seconds after which the log directory, which nodes share, is looked at again."""
 
 _TIME = "pose_stats_%Y%m%dT%H%M%S_%f"
 _TIMED = len("pose_stats_YYYYmmddTHHMMSS_ffffff")
 _RUN = re.compile(r"pose_stats_\d{8}T\d{6}_\d{6}_\d+")
 
 
-def new_run_name(log_directory: Path) -> str:
-    """`pose_stats_<YYYYmmddTHHMMSS>_<microseconds>_<pid>`; the time is UTC.
+def new_run(log_directory: Path) -> Path:
+    """`pose_stats_<YYYYmmddTHHMMSS>_<microseconds>_<pid>`, still to be made, in UTC.
 
-    Names in order are runs in order: never earlier than a microsecond after the newest run.
+    Names in order are runs in order: at least a microsecond after the newest run.
     """
     start = datetime.now(timezone.utc)
-    with suppress(
-        OSError, ValueError, OverflowError
-    ):  # an unreadable folder, no day, the last
+    # Of an unreadable folder, of a name that is no day, or is the last one.
+    with suppress(OSError, ValueError, OverflowError):
         newest = max((run.name for run in find_runs(log_directory)), default="")
         if newest >= start.strftime(_TIME):
             start = datetime.strptime(newest[:_TIMED], _TIME).replace(
                 tzinfo=timezone.utc
             ) + timedelta(microseconds=1)
-    return f"{start.strftime(_TIME)}_{os.getpid()}"
+    return log_directory / f"{start.strftime(_TIME)}_{os.getpid()}"
 
 
 def find_runs(log_directory: Path) -> list[Path]:
-    """All runs' directories, oldest first, without links: what those lead to lies elsewhere."""
+    """All runs' directories, oldest first; no links, for those lead elsewhere."""
     paths = (
         log_directory / name
         for name in _list_names(log_directory)
@@ -70,7 +69,7 @@ def _list_names(folder: Path) -> list[str]:
 
 
 def delete_run(run: Path) -> bool:
-    """Delete a run that nobody has in hand, without files of others; whether it is gone."""
+    """Delete a run's own files if nobody has it in hand; whether they are gone."""
     with suppress(OSError):
         lock = DirectoryLock.take(run)
         if lock is None:
@@ -86,7 +85,8 @@ def delete_run(run: Path) -> bool:
 class SpaceBound:
     """The bound of a log directory in bytes, as one run sees it; 0 for none.
 
-    `exceeded`: there is too much, and nothing that may be deleted: runs of living nodes stay.
+    `is_exceeded`: there is too much, and nothing that may be deleted: runs of living
+    nodes stay.
     """
 
     def __init__(self, log_directory: Path, limit: int) -> None:
@@ -110,7 +110,10 @@ class SpaceBound:
         own_bytes: int,
         drop_oldest: Callable[[], tuple[str, int] | None],
     ) -> None:
-        """Delete what must go before this run grows so far: oldest runs, then its oldest files."""
+        """Delete what must go before this run grows so far.
+
+        First the oldest runs, then this run's oldest files.
+        """
         if not self._limit:
             return
         time_now = time.monotonic()
@@ -125,7 +128,7 @@ class SpaceBound:
         self.is_exceeded = not self._fits(own_bytes)
 
     def _count(self, name: str) -> None:
-        self.deletions = self.deletions + 1
+        self.deletions += 1
         self.last_deleted = name
 
     def _fits(self, own_bytes: int) -> bool:

@@ -1,21 +1,22 @@
-"""What a cell asks: `~/feeding`, what a feeder is to do, and `~/fit_plate`, on what plate."""
+"""What a cell asks: what a feeder is to do, `~/feeding`, and on what, `~/fit_plate`."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable
+from concurrent.futures import Future
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ros_pose_stats_msgs.msg import PoseStatistics
+from ros_pose_stats_msgs import msg
 from ros_pose_stats_msgs.srv import FeedingAnswer, FitPlate
 
 from ...base.errors import RequestError
 from ...base.text import several
-from ...core.planning.feeding_plan import FeederCell, plan_feeding
-from ...core.records import FlipStatistics, Index
+from ...core.planning.feeding_plan import FeederCell, FeedingPlan, plan_feeding
+from ...core.records import FlipStatistics
 from ...core.simulation.flips import check_kick, usual_kicks
 from ...core.statistics import feeding, pose_groups
 from ..answering_node import Steps
@@ -26,23 +27,22 @@ from ..memory import Memory
 from ..messages import part_messages, part_requests
 from ..messages.statistics_messages import fill_bounds, statistics_of_message
 from ..parts import intake, part_builder
-from ..parts.known_part import KnownPart
+from ..parts.known_part import KnownPart, LatchedResult
 from ..parts.part_counts import Tally
 from ..parts.registry import PartRegistry
 
 if TYPE_CHECKING:
     from ...core.plates import PlateFit
 
-FLIP_SECONDS = (
-    10.0  # longest that an answer flips for; the fewer flips, the wider its intervals
-)
+# Longest that an answer flips for; the fewer flips, the wider its intervals.
+FLIP_SECONDS = 10.0
 SEED = 1  # of the flips of an answer: the same question has the same answer
 MAX_KICKS = 100
 MAX_FINISHED_KICKS = 10_000  # parts, scenes and kicks that answers have flipped for
 
 
 class FeedingService:
-    """Answers from flips of its own `jobs`, or of goals if there are enough, or from none."""
+    """Answers from flips of its own jobs, or of goals if they suffice, or from none."""
 
     def __init__(
         self,
@@ -66,163 +66,180 @@ class FeedingService:
         """What to do and what a feeder gets, from the result that is latched now."""
         part = self._parts.require(request.part_id)
         settings = self._settings()
-        result = part.latched
-        if result is None:
+        latched = part.latched
+        if latched is None:
             raise RequestError(
                 "a part with a result",
                 f"{part_requests.quote_text(request.part_id)} without one yet",
                 "ask again in a moment",
             )
-        latched = result.message
-        scene = result.scene
+        message = latched.message
         kick = settings.kick(request.kick_height)
-        feeding.check_wanted_poses(request.wanted, len(latched.poses))
+        feeding.check_wanted_poses(request.wanted, len(message.poses))
         feeding.check_rate(request.rate, request.cycle_time)
-        cell = counted_flips = None
-        if request.plate_length != 0.0 or request.plate_width != 0.0:
-            cell = FeederCell(
-                request.rate,
-                (request.plate_length, request.plate_width),
-                request.clearance,
-                request.cycle_time,
-                request.pick_time,
-                request.look_time,
-                request.drop_time,
-            )
-            cell.check()
+        cell = _feeder_cell(request)
+        counted_flips = None
         if request.feeder_speed:
-            counted_flips = part.find_flips(latched, request.feeder_speed)
+            counted_flips = part.find_flips(message, request.feeder_speed)
         heights = [kick] if kick else []
         if not kick and (cell is not None or counted_flips is not None):
-            heights = list(request.kick_heights) or list(usual_kicks(latched.radius))
-        if len(heights) > MAX_KICKS:
-            raise RequestError(
-                f"at most {MAX_KICKS} kick_heights", f"{len(heights)}", "ask for fewer"
-            )
-        seconds = min(FLIP_SECONDS / max(1, len(heights)), settings.max_job_seconds)
-        flips: list[FlipStatistics] = []
-        job = None
-        for height in sorted({check_kick(height) for height in heights}):
-            key = run.flip_key(part.digest, scene, height)
-            flips_at_height = self._reports.counted.get(key)
-            flips_needed = run.flips_in_all(len(latched.poses), 0, settings)
-            if flips_at_height is None or (
-                flips_at_height.flips < flips_needed
-                and not self._finished_kicks.get(key)
-            ):
-                job = self._jobs.submit(
-                    FlipRequest(
-                        part.part_id,
-                        part.content,
-                        scene,
-                        0,
-                        SEED,
-                        0.0,
-                        seconds,
-                        kick_height=height,
-                    ),
-                    finished_future(part),
-                    settings,
-                    has_room=job is not None,
-                )
-                yield job.finished
-                flips_at_height = job.flips
-                if job.state is State.CANCELLED:  # nobody but the node itself cancels
-                    raise refusal_at_end()
-                if flips_at_height is None:
-                    response.success = False
-                    response.message = job.message
-                    return
-                self._finished_kicks.put(key, True)
-            flips.append(flips_at_height)
-        yield from self._fill_in(
-            request, response, part, latched, cell, flips, counted_flips
-        )
+            heights = list(request.kick_heights or usual_kicks(message.radius))
+        flips = yield from self._flip(part, latched, heights, response)
+        if not response.success:
+            return
 
-    def _fill_in(
-        self,
-        request: Any,
-        response: Any,
-        known_part: KnownPart,
-        latched: PoseStatistics,
-        cell: FeederCell | None,
-        flips: list[FlipStatistics],
-        counted_flips: Index | None,
-    ) -> Steps:
-        """Fill in the plan, and what a feeder gets that kicks wrong parts or drops them afresh."""
-        statistics = statistics_of_message(latched)
-        shares = pose_groups.pose_shares(statistics)
-        basis = f"{latched.drops} drops" if latched.drops else "an estimate"
-        if latched.observed:
-            basis = f"{latched.observed} parts seen"
-        basis = f"From {basis} ({latched.method})"
-        if flips:
-            basis += f" and {sum(kick.flips for kick in flips)} flips"
+        statistics = statistics_of_message(message)
+        basis = _describe_basis(message, flips)
         if counted_flips is not None:
             poses = tuple(statistics.by_index.values())
-            flips = [
-                feeding.learn_flips(
-                    [replace(kick, poses=poses) for kick in flips],
-                    counted_flips,
-                    request.feeder_speed,
-                )
-            ]
+            kicks = [replace(kick, poses=poses) for kick in flips]
+            flips = [feeding.learn_flips(kicks, counted_flips, request.feeder_speed)]
             basis += f" and {flips[0].observed} seen"
         chosen_flips = flips[0] if flips else None
         if cell is not None:
-            part = (yield self._intake.build_known(known_part)).geometry
+            geometry = (yield self._intake.build_known(part)).geometry
             plan = yield self._outlines.put(
-                part,
+                geometry,
                 "a plan",
                 plan_feeding,
                 statistics,
                 list(request.wanted),
                 cell,
                 flips,
-                part,
+                geometry,
             )
+            _fill_in_plan(response, plan)
+            # Its options are: without kicks, then one for each kick, by height.
             option_index = plan.options.index(plan.best)
-            chosen_flips = (
-                flips[option_index - 1] if option_index else None
-            )  # they are in that order, by height
-            response.action = [
-                getattr(response, action.upper()) for action in plan.actions
-            ]
-            response.parts_on_plate = plan.best.parts
-            response.kicks = plan.best.kicks
-            response.pickable = plan.best.pickable
-            fill_bounds(response, parts_per_minute=plan.best.per_minute)
-        if chosen_flips is None:
-            gain = feeding.drop_afresh(shares, request.wanted, request.rate)
-        else:
-            gain = feeding.flip_wrong_poses(
-                shares,
-                chosen_flips.counts,
-                request.wanted,
-                request.rate,
-                request.cycle_time,
-            )
-            response.transition = part_messages.pack_array(chosen_flips.transition)
-            response.kick_height = chosen_flips.kick_height
-        fill_bounds(
-            response,
-            accepted=gain.accepted,
-            passes=gain.passes,
-            flips=gain.flips,
-            accepted_per_minute=gain.per_minute,
-        )
+            chosen_flips = flips[option_index - 1] if option_index else None
+        shares = pose_groups.pose_shares(statistics)
+        _fill_in_gain(request, response, shares, chosen_flips)
         if math.isnan(shares.drops):
             basis += (
-                f"; the error of {latched.method} is not known here, so there are no "
+                f"; the error of {message.method} is not known here, so there are no "
                 f"intervals: simulate the part"
             )
         response.message = " ".join(
             [f"{basis}.", *pose_groups.warn_of_lookalikes(statistics, request.wanted)]
         )
 
+    def _flip(
+        self,
+        part: KnownPart,
+        latched: LatchedResult,
+        heights: list[float],
+        response: Any,
+    ) -> Generator[Future[Any], Any, list[FlipStatistics]]:
+        """Flips at each height, by height; a job that fails makes the answer a refusal.
+
+        Those of earlier jobs serve if they are enough.
+        """
+        if len(heights) > MAX_KICKS:
+            raise RequestError(
+                f"at most {MAX_KICKS} kick_heights", f"{len(heights)}", "ask for fewer"
+            )
+        settings = self._settings()
+        flips: list[FlipStatistics] = []
+        has_room = False
+        for height in sorted({check_kick(height) for height in heights}):
+            key = run.flip_key(part.digest, latched.scene, height)
+            flips_at_height = self._reports.counted.get(key)
+            flips_needed = run.flips_in_all(len(latched.message.poses), 0, settings)
+            if flips_at_height is None or (
+                flips_at_height.flips < flips_needed
+                and not self._finished_kicks.get(key)
+            ):
+                request = FlipRequest(
+                    part.part_id,
+                    part.content,
+                    latched.scene,
+                    0,
+                    SEED,
+                    0.0,
+                    min(FLIP_SECONDS / len(heights), settings.max_job_seconds),
+                    kick_height=height,
+                )
+                job = self._jobs.submit(
+                    request, finished_future(part), settings, has_room=has_room
+                )
+                has_room = True
+                yield job.finished
+                if job.state is State.CANCELLED:  # nobody but the node itself cancels
+                    raise refusal_at_end()
+                flips_at_height = job.flips
+                if flips_at_height is None:
+                    response.success = False
+                    response.message = job.message
+                    break
+                self._finished_kicks.put(key, True)
+            flips.append(flips_at_height)
+        return flips
+
+
+def _feeder_cell(request: Any) -> FeederCell | None:
+    """The cell of a request, checked; None where it has no plate."""
+    if request.plate_length == 0.0 and request.plate_width == 0.0:
+        return None
+    cell = FeederCell(
+        request.rate,
+        (request.plate_length, request.plate_width),
+        request.clearance,
+        request.cycle_time,
+        request.pick_time,
+        request.look_time,
+        request.drop_time,
+    )
+    cell.check()
+    return cell
+
+
+def _describe_basis(message: msg.PoseStatistics, flips: list[FlipStatistics]) -> str:
+    """What an answer is from."""
+    basis = f"{message.drops} drops" if message.drops else "an estimate"
+    if message.observed:
+        basis = f"{message.observed} parts seen"
+    basis = f"From {basis} ({message.method})"
+    if flips:
+        basis += f" and {sum(kick.flips for kick in flips)} flips"
+    return basis
+
+
+def _fill_in_plan(response: Any, plan: FeedingPlan) -> None:
+    """Fill in what to do with the parts on the plate."""
+    best = plan.best
+    response.action = [getattr(response, action.upper()) for action in plan.actions]
+    response.parts_on_plate = best.parts
+    response.kicks = best.kicks
+    response.pickable = best.pickable
+    fill_bounds(response, parts_per_minute=best.per_minute)
+
+
+def _fill_in_gain(
+    request: Any,
+    response: Any,
+    shares: pose_groups.PoseShares,
+    flips: FlipStatistics | None,
+) -> None:
+    """Fill in what a feeder gets that kicks wrong parts, or drops them afresh."""
+    if flips is None:
+        gain = feeding.drop_afresh(shares, request.wanted, request.rate)
+    else:
+        gain = feeding.flip_wrong_poses(
+            shares, flips.counts, request.wanted, request.rate, request.cycle_time
+        )
+        response.transition = part_messages.pack_array(flips.transition)
+        response.kick_height = flips.kick_height
+    fill_bounds(
+        response,
+        accepted=gain.accepted,
+        passes=gain.passes,
+        flips=gain.flips,
+        accepted_per_minute=gain.per_minute,
+    )
+
 
 class PlateFits:
-    """Answers with fits, and applies them, one after the other in a lane of their own."""
+    """Answers with fits, and applies them, one by one in a lane of their own."""
 
     def __init__(
         self,
@@ -230,17 +247,15 @@ class PlateFits:
         parts: PartRegistry,
         use_plate: Callable[[str], object],
     ) -> None:
-        self._settings = equipment.settings
-        self._lanes = equipment.lanes
         self._equipment = equipment
         self._parts = parts
         self._use_plate = use_plate
-        self._log = equipment.node.get_logger()
         equipment.node.serve(FitPlate, "~/fit_plate", self.answer)
 
     def answer(self, request: Any, response: Any) -> Steps:
         """Fit, and work with what was found if that is wanted."""
-        settings = self._settings()
+        settings = self._equipment.settings()
+        lanes = self._equipment.lanes
         plate = request.plate or settings.plate
         if request.apply:
             from ...core.plates import refuse_name
@@ -253,9 +268,7 @@ class PlateFits:
                 )
             refuse_name(plate)
         tallies = find_tallies(plate, settings.plate, self._parts.all())
-        fit = yield self._lanes.put(
-            partial(fit_counts, tallies), Rank.KNOWN_PART, Lane.FIT
-        )
+        fit = yield lanes.put(partial(fit_counts, tallies), Rank.KNOWN_PART, Lane.FIT)
         fill_bounds(
             response,
             restitution=fit.restitution,
@@ -272,7 +285,7 @@ class PlateFits:
             f"{fit.verdict}"
         )
         if request.apply:
-            file, is_recorded = yield self._lanes.put(
+            file, is_recorded = yield lanes.put(
                 partial(self._apply, plate, fit, settings.plates, settings.plate),
                 Rank.KNOWN_PART,
                 Lane.FIT,
@@ -281,16 +294,16 @@ class PlateFits:
             if not is_recorded:
                 response.message += f". {self._equipment.not_recorded().rstrip('.')}"
         response.message += "."
-        self._log.info(
+        self._equipment.node.get_logger().info(
             f"~/fit_plate: effective restitution {fit.restitution[0]:.2f}, drop height "
             f"{fit.drop_height[0]:.3g} m (-1: 20 radii). {response.message}"
         )
 
     def _apply(self, plate: str, fit: PlateFit, *parameters: str) -> tuple[Path, bool]:
-        """Write the plate into its file and work with it; whether its counts are kept."""
+        """Write the plate to its file and work with it; whether that is recorded."""
         from ...core.plates import profile_of, write_profile
 
-        settings = self._settings()
+        settings = self._equipment.settings()
         if (settings.plates, settings.plate) != parameters:
             raise RequestError(
                 "plates and plate as they were when the fit was asked for",
@@ -314,21 +327,23 @@ class PlateFits:
 def find_tallies(
     plate: str, present: str, parts: Iterable[KnownPart]
 ) -> list[tuple[KnownPart, Tally]]:
-    """Known parts that were counted on a plate; what was counted without a name is of any."""
+    """Known parts that were counted on a plate; a count without a name is of any."""
     counted = [
         (part, tally)
         for part in parts
         if (tally := part.counts.tally) is not None and tally.total.any()
     ]
-    names = {plate, present} if not present else {plate}
+    names = {plate} if present else {plate, ""}
     chosen = [(part, tally) for part, tally in counted if tally.ground.plate in names]
     if not chosen:
         others = sorted({tally.ground.plate for _, tally in counted})
+        problem = "none"
+        if others:
+            quoted = map(part_requests.quote_text, others)
+            problem = f"only those on {', '.join(quoted)}"
         raise RequestError(
             f"counts of known parts on plate {part_requests.quote_text(plate)}",
-            f"only those on {', '.join(map(part_requests.quote_text, others))}"
-            if others
-            else "none",
+            problem,
             "publish what cameras count there on ~/pose_counts, or what they see on "
             "~/observed_parts",
         )
@@ -338,7 +353,7 @@ def find_tallies(
 def fit_counts(
     tallies: list[tuple[KnownPart, Tally]],
 ) -> PlateFit:
-    """Fit a plate to counts of parts, which are built for that where they are not yet."""
+    """Fit a plate to counts of parts, which are built where they are not yet."""
     from ...core.plates import count_part, fit_plate
 
     return fit_plate(

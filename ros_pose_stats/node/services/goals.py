@@ -25,9 +25,8 @@ from ..parts.registry import PartRegistry
 from .services import Services
 
 FEEDBACK_SECONDS = 0.1
-CANCEL_SECONDS = (
-    5.0  # for the transition that follows a cancel's callback, usually in 1 ms
-)
+# For the transition that follows a cancel's callback, usually in 1 ms.
+CANCEL_SECONDS = 5.0
 MAX_PENDING = 1000
 RESULT_SECONDS = 900  # results can be asked for this long after the end
 
@@ -76,7 +75,7 @@ class GoalServer(ABC):
 
     @abstractmethod
     def start_job(self, request: Any) -> Job:
-        """Accept what a goal asks for; raises PoseStatsError with the value and the bound."""
+        """Accept what a goal asks for; PoseStatsError with the value and the bound."""
 
     @abstractmethod
     def feedback(self, job: Job) -> Any:
@@ -87,7 +86,10 @@ class GoalServer(ABC):
         """What a job has done, as a message; None where it was refused."""
 
     def _accept_request(self, request: Any) -> GoalResponse:
-        """Queue the job; a refused goal is accepted and aborted: a rejection has no message."""
+        """Queue the job.
+
+        A refused goal is accepted and then aborted: a rejection has no message.
+        """
         answer: Job | str
         try:
             answer = self.start_job(request)
@@ -97,9 +99,8 @@ class GoalServer(ABC):
                 self._node.get_logger().error(f"{self._name}: {answer}")
         with self._lock:
             self._pending[id(request)] = request, answer
-            if (
-                len(self._pending) > MAX_PENDING
-            ):  # clients that were gone before the answer
+            if len(self._pending) > MAX_PENDING:
+                # Clients that were gone before the answer never take theirs.
                 del self._pending[next(iter(self._pending))]
         return GoalResponse.ACCEPT
 
@@ -131,13 +132,11 @@ class GoalServer(ABC):
                     goal.publish_feedback(feedback)
 
     def _cancel(self, goal: server.ServerGoalHandle) -> CancelResponse:
-        """Cancel the job once the goal is known to be cancelled, which follows the callback."""
+        """Cancel the job once the goal is cancelled, which follows the callback."""
+        number = id(goal.request)
         with self._lock:
-            _, job = self.goals.get(
-                id(goal.request)
-            ) or self._pending.get(  # accepted just now
-                id(goal.request), (None, "")
-            )
+            # A goal that is accepted just now is still pending.
+            _, job = self.goals.get(number) or self._pending.get(number, (None, ""))
         if not isinstance(job, Job) or job.state.ended:
             return CancelResponse.REJECT
         deadline = time.monotonic() + CANCEL_SECONDS
@@ -158,9 +157,8 @@ class GoalServer(ABC):
     def _show_executing(goal: server.ServerGoalHandle) -> None:
         """Tell clients that the job of a goal runs."""
         if goal.status == server.GoalStatus.STATUS_ACCEPTED:
-            with suppress(
-                RuntimeError
-            ):  # of rcl: cancelled, or shown by another thread, just now
+            # rcl raises where it was cancelled, or shown by another thread, just now.
+            with suppress(RuntimeError):
                 goal.execute()
 
     def _complete(self, goal: server.ServerGoalHandle, job: Job) -> None:
@@ -242,7 +240,7 @@ class SimulateFlipsServer(GoalServer):
         super().__init__(equipment.node, SimulateFlips, "simulate_flips", jobs)
 
     def start_job(self, request: Any) -> Job:
-        """Accept flips; too many are refused at once where the part's poses are at hand."""
+        """Accept flips; too many are refused at once where the poses are at hand."""
         settings = self._settings()
         part = self._parts.require(request.part_id)
         kick = settings.kick(request.kick_height)
@@ -288,19 +286,9 @@ class SimulateFlipsServer(GoalServer):
             return result
         for name in ("part_id", "part_digest", "restitution", "kick_height", "seed"):
             setattr(result, name, getattr(flips, name))
-        result.message = " ".join(
-            filter(
-                None,
-                (
-                    message,
-                    *(
-                        line
-                        for line in flips.warnings
-                        if line.startswith("HEIGHT_SUSPECT")
-                    ),
-                ),
-            )
-        )
+        for warning in flips.warnings:
+            if warning.startswith("HEIGHT_SUSPECT"):
+                result.message = f"{result.message} {warning}".lstrip()
         result.flips = pack_array(flips.counts.sum(axis=1) + flips.unsettled, "Q")
         result.unsettled = pack_array(flips.unsettled, "Q")
         result.transition = pack_array(flips.transition)

@@ -4,12 +4,12 @@ from concurrent.futures import Future, wait
 from typing import Any
 
 from ros_pose_stats_msgs import srv
-from ros_pose_stats_msgs.msg import JobEvent, JobStatus
+from ros_pose_stats_msgs.msg import JobEvent, JobStatus, PoseStatistics
 
 from ...base import errors, methods, text
 from ...core.mesh import mass_properties
 from ...core.mesh.parts import shift_center
-from ...core.records import Part
+from ...core.records import Array, Part
 from ...core.simulation.request import check_target
 from ..answering_node import Steps
 from ..equipment import Equipment
@@ -29,9 +29,8 @@ AS_ITSELF = "for drops, send the part with this centre of mass in its inertia"
 """What to do about an estimate that misses its target."""
 
 CANCEL_PATIENCE = 0.06  # seconds that a cancel waits for the simulation's end
-START_PATIENCE = (
-    0.004  # seconds that a start waits for a small part, which may be refused
-)
+# Seconds that a start waits for a small part, which may be refused.
+START_PATIENCE = 0.004
 QUICK_TRIANGLES = 1000  # most of such a part
 
 
@@ -49,13 +48,13 @@ class Services:
         outlines: part_builder.Outlines,
     ) -> None:
         self._settings = equipment.settings
-        self._refusals = equipment.refusals
+
         self._intake = intake
         self._equipment = equipment
         self._parts = parts
         self._refinement = refinement
         self._outlines = outlines
-        self._lanes = equipment.lanes
+
         self._jobs = jobs
         self._reports = reports
         self._shifted: Memory[Any, Part] = memory_of_parts()
@@ -73,11 +72,11 @@ class Services:
     def _find_part(
         self, request: Any
     ) -> tuple[Future[KnownPart], KnownPart | part_requests.PartRequest]:
-        """The part of a request, on its way, and as far as it is there; empties its message.
+        """The part of a request, on its way, and as far as it is there.
 
-        A known part may not be built yet.
+        A known part may not be built yet; the message of a sent one is emptied.
         """
-        if self._lanes.is_closed:
+        if self._equipment.lanes.is_closed:
             raise refusal_at_end()
         message = request.part
         if request.part_id and message.part_id and request.part_id != message.part_id:
@@ -100,21 +99,19 @@ class Services:
                 part_requests.check_request(mesh, self._settings().max_mesh_bytes)
                 self._settings().scene(mesh.scene_override)
             except errors.PoseStatsError as refusal:
-                self._refusals.refuse(source, str(refusal))
+                self._equipment.refusals.refuse(source, str(refusal))
                 raise
-            if known_part is None or (
-                known_part.content,
-                known_part.scene_override,
-            ) != (
-                mesh.content,
-                mesh.scene_override,
+            if (
+                known_part is None
+                or known_part.content != mesh.content
+                or known_part.scene_override != mesh.scene_override
             ):
                 return self._intake.queue(mesh, source, Rank.REQUESTED_MESH), mesh
             part = known_part
         return finished_future(part), part
 
     def estimate(self, request: Any, response: Any) -> Steps:
-        """An analytic answer; one that nobody chose is checked by drops, or refined by them."""
+        """An analytic answer; one by `auto` is checked by drops, or refined by them."""
         check_target(request.target_error)
         step = request.com_offset
         offset = mass_properties.check_offset((step.x, step.y, step.z))
@@ -125,10 +122,7 @@ class Services:
         )
         if offset.any():
             yield self._intake.build_known(sent_part)
-            key = sent_part.part_id, sent_part.digest, offset.tobytes()
-            shifted = self._shifted.get(key) or shift_center(sent_part.geometry, offset)
-            self._shifted.put(key, shifted)
-            part = sent_part.with_geometry(shifted)
+            part = self._shift_part(sent_part, offset)
         if request.target_error or not part.has_answer(request.method, scene):
             yield self._intake.build_known(part, scene)
         is_auto = (request.method or self._settings().default_method) == methods.AUTO
@@ -141,7 +135,8 @@ class Services:
             message, response.message = self._refinement.answer(
                 part, request.target_error, scene
             )
-        else:  # drops in the background would be of the part as it is known
+        else:
+            # Drops in the background would be of the part as it is known.
             message = self._refinement.answer_by(
                 request.method,
                 part,
@@ -150,16 +145,17 @@ class Services:
                 BY_DROPS if part is sent_part else AS_ITSELF,
             )
         if part is not sent_part:
-            shift = text.listed([text.millimetres(x) for x in offset.tolist()])
-            message = statistics_messages.with_warning(
-                message,
-                f"COM_SHIFTED: the centre of mass is shifted by {shift} mm along the "
-                "part's axes, the inertia about it stays; what is latched is of the part as it "
-                "was sent.",
-            )
+            message = _warn_of_shift(message, offset)
         if not sent_part.is_stored():
             message = self._equipment.warn_unrecorded(message)
         response.statistics = sent_part.record(ANSWERS, message)
+
+    def _shift_part(self, part: KnownPart, offset: Array) -> KnownPart:
+        """A part that is built, with its centre of mass shifted, (3,) metres."""
+        key = part.part_id, part.digest, offset.tobytes()
+        shifted = self._shifted.get(key) or shift_center(part.geometry, offset)
+        self._shifted.put(key, shifted)
+        return part.with_geometry(shifted)
 
     def start_simulation(self, request: Any, response: Any) -> None:
         """Queue a drop simulation."""
@@ -179,8 +175,8 @@ class Services:
                 "ask for fewer, or raise the parameter",
             )
         check_target(request.target_error)
-        seconds = request.max_seconds or settings.max_job_seconds
         max_seconds = settings.max_job_seconds
+        seconds = request.max_seconds or max_seconds
         if not 0.0 < seconds <= max_seconds:
             raise errors.RequestError(
                 f"max_seconds from 0 to {max_seconds:g} s (parameter max_job_seconds)",
@@ -249,13 +245,15 @@ class Services:
         events = self._reports.ends | present
         response.jobs = [
             JobStatus(
-                job_id=job_id,
-                part_id=events[job_id].part_id,
-                state=events[job_id].event,
-                drops_done=events[job_id].drops_done,
-                drops_total=events[job_id].drops,
+                job_id=event.job_id,
+                part_id=event.part_id,
+                state=event.event,
+                drops_done=event.drops_done,
+                drops_total=event.drops,
             )
-            for job_id in sorted(events, key=job_reports.acceptance)
+            for event in sorted(
+                events.values(), key=lambda event: job_reports.acceptance(event.job_id)
+            )
         ]
         for name in ("job_id", "part_id", "state", "drops_done", "drops_total"):
             setattr(response, name, [getattr(status, name) for status in response.jobs])
@@ -273,7 +271,7 @@ class Services:
             wait([job.finished], CANCEL_PATIENCE)
 
     def _look_up(self, job_id: str) -> tuple[Job | None, JobEvent]:
-        """A job, unless it has ended, and what has happened last to it, also in earlier runs."""
+        """A job, unless it has ended, and its last event, also of earlier runs."""
         job = self._jobs.get(job_id)
         event = (
             self._reports.ends.get(job_id)
@@ -287,3 +285,14 @@ class Services:
                 "list_drop_simulations lists those that the node knows",
             )
         return job, event
+
+
+def _warn_of_shift(message: PoseStatistics, offset: Array) -> PoseStatistics:
+    """A result that says that it is of a part with another centre of mass."""
+    shift = text.listed([text.millimetres(x) for x in offset.tolist()])
+    return statistics_messages.with_warning(
+        message,
+        f"COM_SHIFTED: the centre of mass is shifted by {shift} mm along the part's "
+        "axes, the inertia about it stays; what is latched is of the part as it was "
+        "sent.",
+    )

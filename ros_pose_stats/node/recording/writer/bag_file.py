@@ -17,8 +17,9 @@ _GROWTH = 40  # bytes by which a number that was 0 may grow in metadata and summ
 class BagFile:
     """An MCAP file that ends with a whole record whenever a call returns or raises.
 
-    `append` and `finish` are called by one thread at a time, `sync` meanwhile by another one.
-    `size`: bytes of whole records; `broken`: why the file cannot be gone on with.
+    `append` and `finish` are called by one thread at a time, `sync` meanwhile by
+    another one. `size`: bytes of whole records; `broken`: why the file cannot be gone
+    on with.
     """
 
     def __init__(
@@ -47,17 +48,17 @@ class BagFile:
             raise
 
     def size_with(self, record: int) -> int:
-        """Upper bound of the finished file's size after one more record of so many bytes."""
+        """Upper bound of the finished file's size with one more record, in bytes."""
         return self.size + record + self._closing_size
 
     def is_gone(self) -> bool:
-        """Whether the file was deleted, moved or replaced; OSError where nobody knows."""
+        """Whether the file was deleted, moved or replaced; OSError if unknown."""
         return not is_file_at(self._number, self.path)
 
     def append(self, topic: str, data: memoryview, log_time: int) -> None:
         """Hand a message to the operating system; OSError: it is not in the file."""
         channel = self._channels[topic]
-        number = self.contents.counts.get(channel, 0)
+        number = self.contents.counts[channel]
         end = self._write(
             [mcap_layout.message_head(channel, number, log_time, data), data]
         )
@@ -66,16 +67,20 @@ class BagFile:
         self.written += 1
 
     def sync(self) -> None:
-        """Have all that was appended on the disk; OSError: nobody knows, and the file is broken.
+        """Have all that was appended on the disk; an OSError breaks the file.
 
-        The kernel forgets what it could not write: a second try would succeed with nothing done.
+        The kernel forgets what it could not write: a second try would succeed with
+        nothing done.
         """
         with self._syncing, self._breaking():
             if self._number >= 0:  # else it was finished meanwhile, and is durable
                 os.fdatasync(self._number)
 
     def finish(self) -> None:
-        """Write summary and footer, durably, and close; OSError: it ends with its last message."""
+        """Write summary and footer, durably, and close.
+
+        After an OSError the file ends with its last message.
+        """
         with self._syncing:
             if self.broken is not None:
                 raise self.broken
@@ -86,7 +91,7 @@ class BagFile:
             self._close()
 
     def abandon(self) -> None:
-        """Close without a footer; a further sync hears that the file is gone, or why it broke."""
+        """Close without a footer; a further sync raises that it is gone, or broken."""
         with self._syncing:
             self.broken = self.broken or OSError(
                 errno.ENOENT, os.strerror(errno.ENOENT)

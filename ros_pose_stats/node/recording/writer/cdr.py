@@ -1,4 +1,4 @@
-"""Messages as bytes: CDR by fields, and markers without an object for every corner of a mesh."""
+"""Messages as bytes: CDR by fields, and markers without an object for every corner."""
 
 import struct
 from typing import NamedTuple
@@ -12,13 +12,13 @@ SECOND = 1_000_000_000
 
 
 class CdrWriter:
-    """A little-endian CDR message that grows by its fields; numbers are aligned to their size."""
+    """A little-endian CDR message by its fields; numbers are aligned to their size."""
 
     def __init__(self) -> None:
         self._data = bytearray()
 
     def number(self, kind: str, *values: float) -> "CdrWriter":
-        """Add numbers of one kind, named as in `struct`: `i`, `I`, `f`, `d`, `B` or `?`."""
+        """Add numbers of one kind of `struct`: `i`, `I`, `f`, `d`, `B` or `?`."""
         form = struct.Struct(f"<{kind}")
         for value in values:
             self._align(form.size)
@@ -73,15 +73,8 @@ class Marker(NamedTuple):
     # position in the frame, metres, and quaternion x y z w
     pose: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    color: tuple[float, ...] = (
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-    )  # red, green, blue and opacity, 0 to 1
-    corners: Array = (
-        NO_CORNERS  # three coordinates a corner, three corners a triangle, metres
-    )
+    color: tuple[float, ...] = (0.0,) * 4  # red, green, blue and opacity, 0 to 1
+    corners: Array = NO_CORNERS  # (3 T, 3), metres; three to a triangle
     text: str = ""
     number: int = 0  # of the marker among those of the name
     action: int = ADD

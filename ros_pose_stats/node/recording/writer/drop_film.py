@@ -18,12 +18,10 @@ REACH = "/drop/within_reach"
 PLATE = "plate"
 FRAME = "part"  # frames: the plate, z up, and the part's own
 MAX_TRIANGLES = 10_000  # triangles of the marker
-START = (
-    SECOND  # time [ns] of the release in the file; 0 has a meaning of its own in ROS
-)
-MARKER_INTERVAL = (
-    SECOND // 4
-)  # between two copies of the markers, for viewers that begin anywhere
+# Time [ns] of the release in the file; 0 has a meaning of its own in ROS.
+START = SECOND
+# Between two copies of the markers [ns], for viewers that begin anywhere.
+MARKER_INTERVAL = SECOND // 4
 _TIME = "int32 sec\nuint32 nanosec\n"
 _VECTOR = "float64 x\nfloat64 y\nfloat64 z\n"
 _TEXTS = {
@@ -38,22 +36,27 @@ _TEXTS = {
     "geometry_msgs/msg/Quaternion": f"{_VECTOR}float64 w\n",
     "geometry_msgs/msg/Pose": "Point position\nQuaternion orientation\n",
     "geometry_msgs/msg/Transform": "Vector3 translation\nQuaternion rotation\n",
-    "geometry_msgs/msg/TransformStamped": "std_msgs/Header header\nstring child_frame_id\nTransform transform\n",
+    "geometry_msgs/msg/TransformStamped": (
+        "std_msgs/Header header\nstring child_frame_id\nTransform transform\n"
+    ),
     "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms\n",
-    "sensor_msgs/msg/CompressedImage": "std_msgs/Header header\nstring format\nuint8[] data\n",
+    "sensor_msgs/msg/CompressedImage": (
+        "std_msgs/Header header\nstring format\nuint8[] data\n"
+    ),
     "visualization_msgs/msg/UVCoordinate": "float32 u\nfloat32 v\n",
     "visualization_msgs/msg/MeshFile": "string filename\nuint8[] data\n",
     "visualization_msgs/msg/Marker": (
         "std_msgs/Header header\nstring ns\nint32 id\nint32 type\nint32 action\n"
-        "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 scale\nstd_msgs/ColorRGBA color\n"
-        "builtin_interfaces/Duration lifetime\nbool frame_locked\ngeometry_msgs/Point[] points\n"
-        "std_msgs/ColorRGBA[] colors\nstring texture_resource\n"
-        "sensor_msgs/CompressedImage texture\nUVCoordinate[] uv_coordinates\nstring text\n"
-        "string mesh_resource\nMeshFile mesh_file\nbool mesh_use_embedded_materials\n"
+        "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 scale\n"
+        "std_msgs/ColorRGBA color\nbuiltin_interfaces/Duration lifetime\n"
+        "bool frame_locked\ngeometry_msgs/Point[] points\nstd_msgs/ColorRGBA[] colors\n"
+        "string texture_resource\nsensor_msgs/CompressedImage texture\n"
+        "UVCoordinate[] uv_coordinates\nstring text\nstring mesh_resource\n"
+        "MeshFile mesh_file\nbool mesh_use_embedded_materials\n"
     ),
     "visualization_msgs/msg/MarkerArray": "Marker[] markers\n",
 }
-"""Names, order and kinds of the fields are those of ROS 2 Jazzy, which need not be installed."""
+"""Definitions of ROS 2 Jazzy, which need not be installed, without comments."""
 
 TYPES = {
     topic: message_types.MessageType(
@@ -71,7 +74,10 @@ TYPES = {
 def write_film(
     file: Path, part: Part, frames: DropFrames, describe_reach: Callable[[float], str]
 ) -> None:
-    """Write a drop to a new MCAP file, in true time; `within`: poses in reach of joules."""
+    """Write a drop to a new MCAP file, in true time.
+
+    `describe_reach`: the poses in reach of an energy [J], as a text.
+    """
     film = bag_file.BagFile(file, TYPES)
     positions = -(vectors.rotation_matrices(frames.orientations) @ part.center_of_mass)
     positions[:, 2] += frames.heights
@@ -93,15 +99,12 @@ def write_film(
             .doubles(positions[k])
             .doubles(frames.orientations[k])
         )
-        film.append(TF, memoryview(transform.message()), stamp)
-        film.append(
-            ENERGY, memoryview(CdrWriter().number("d", energy).message()), stamp
-        )
-        film.append(
-            REACH,
-            memoryview(CdrWriter().string(describe_reach(energy)).message()),
-            stamp,
-        )
+        for topic, message in (
+            (TF, transform),
+            (ENERGY, CdrWriter().number("d", energy)),
+            (REACH, CdrWriter().string(describe_reach(energy))),
+        ):
+            film.append(topic, memoryview(message.message()), stamp)
     film.finish()
 
 

@@ -1,13 +1,15 @@
-"""The bytes of a bag's file: its beginning, its messages, what closes it, and `metadata.yaml`.
+"""The bytes of a bag's file: opening, messages, closing, and its `metadata.yaml`.
 
-Records stand by themselves, in no chunk, so that each is complete once it is on disk. Every
-record but the header is preceded by a record of our own with the checksum of what follows;
-MCAP leaves opcodes from 0x80 on to applications, and readers skip those they do not know.
+Records stand by themselves, in no chunk, so that each is complete once it is on disk.
+Every record but the header is preceded by a record of our own with the checksum of what
+follows; MCAP leaves opcodes from 0x80 on to applications, and readers skip those they
+do not know.
 """
 
 import json
 import struct
 import zlib
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from textwrap import indent
@@ -33,20 +35,20 @@ FOOTER_LENGTH = 20
 _WHOLE_HEAD = CHECK.size + RECORD.size + MESSAGE.size
 
 LATCHED = frozenset(("/pose_stats/part_mesh", "/pose_stats/pose_statistics"))
-"""Topics whose late subscribers get the last messages, in the cell and when a bag is played."""
+"""Topics whose late subscribers get the last messages, also of a bag that is played."""
 
 _FOREVER = "\n    sec: 9223372036\n    nsec: 854775807"
 
 
 @dataclass
 class Contents:
-    """Schemas, channels and counts of one file: kept while writing, filled while scanning."""
+    """Schemas, channels and counts of one file that is written or scanned."""
 
     schemas: dict[int, records.Schema] = field(default_factory=dict)  # by their ids
     channels: dict[int, records.Channel] = field(default_factory=dict)
-    counts: dict[int, int] = field(default_factory=dict)  # messages a channel id
-    # log time of the first and the last message [ns]; without messages both the time of the file's
-    # making, where it is known
+    counts: Counter[int] = field(default_factory=Counter)  # messages a channel id
+    # log time of the first and the last message [ns]; without messages both the time
+    # at which the file was made, where it is known
     start: int = 0
     end: int = 0
 
@@ -57,9 +59,11 @@ class Contents:
 
     def count(self, channel: int, log_time: int) -> None:
         """Take in one message."""
-        self.start = min(self.start, log_time) if self.counts else log_time
-        self.end = max(self.end, log_time) if self.counts else log_time
-        self.counts[channel] = self.counts.get(channel, 0) + 1
+        if not self.counts:
+            self.start = self.end = log_time
+        self.start = min(self.start, log_time)
+        self.end = max(self.end, log_time)
+        self.counts[channel] += 1
 
 
 Files = Mapping[str, Contents]  # contents of a bag's files by their names, in order
@@ -71,10 +75,11 @@ def metadata_yaml(files: Files) -> str:
         contents for contents in files.values() if contents.messages
     ] or list(files.values())
     start = min(contents.start for contents in nonempty_contents)
+    end = max(contents.end for contents in nonempty_contents)
     lines = [
         "version: 9",
         "storage_identifier: mcap",
-        f"duration:\n  nanoseconds: {max(contents.end for contents in nonempty_contents) - start}",
+        f"duration:\n  nanoseconds: {end - start}",
         f"starting_time:\n  nanoseconds_since_epoch: {start}",
         f"message_count: {sum(contents.messages for contents in nonempty_contents)}",
         _yaml_list("topics_with_message_count", _topics(files.values())),
@@ -106,7 +111,7 @@ def _yaml_list(key: str, items: Iterable[str]) -> str:
 def _topics(files: Iterable[Contents]) -> list[str]:
     """The topics of several files, each once, in order of appearance."""
     descriptions: dict[str, str] = {}
-    totals: dict[str, int] = {}
+    totals = Counter[str]()
     for contents in files:
         for number, channel in contents.channels.items():
             descriptions[channel.topic] = f"""\
@@ -117,9 +122,7 @@ topic_metadata:
   offered_qos_profiles:
 {indent(channel.metadata.get("offered_qos_profiles", "[]"), "    ")}
   type_description_hash: {json.dumps(channel.metadata.get("topic_type_hash", ""))}"""
-            totals[channel.topic] = totals.get(channel.topic, 0) + contents.counts.get(
-                number, 0
-            )
+            totals[channel.topic] += contents.counts[number]
     return [
         f"{text}\nmessage_count: {totals[topic]}"
         for topic, text in descriptions.items()
@@ -127,7 +130,7 @@ topic_metadata:
 
 
 def _qos_text(latched: bool) -> str:
-    """A list with one profile, values as words, as rosbag2 writes it since version 9."""
+    """A list with one profile, values as words, as rosbag2's version 9 has it."""
     return f"""\
 - history: keep_last
   depth: 100
@@ -161,7 +164,10 @@ def message_head(channel: int, number: int, log_time: int, data: memoryview) -> 
 def opening(
     types: Mapping[str, MessageType], creation_time: int, node: str
 ) -> tuple[bytes, Contents]:
-    """The beginning of a file made `now` [ns], and its contents so far; topics carry the node."""
+    """The beginning of a file made at a time [ns], and its contents so far.
+
+    The metadata of each channel name the node.
+    """
     contents = Contents(start=creation_time, end=creation_time)
     numbers: dict[str, int] = {}
     for channel, (topic, kind) in enumerate(types.items(), 1):

@@ -4,13 +4,10 @@ import json
 import re
 import struct
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-SEPARATOR = (
-    "=" * 80
-)  # stands between the definitions of a type and of those that it uses
+SEPARATOR = "=" * 80  # between the definitions of a type and of those that it uses
 
 PRIMITIVES = {
     "bool": 1,
@@ -29,11 +26,11 @@ PRIMITIVES = {
 }
 """Bytes of the types of fixed size."""
 
-STRINGS = frozenset(("string", "wstring"))
+BUILT_IN = frozenset(("string", *PRIMITIVES))
 SINGLE = 0
 SEQUENCE = -1
 HEADER = b"\0\1"
-"""Of plain CDR with the least significant byte first; other encodings are not looked into."""
+"""Of plain little-endian CDR; other encodings are not looked into."""
 
 _FIELD = re.compile(
     r"\s*(?P<type>[A-Za-z][\w/]*)(<=\d+)?"
@@ -48,12 +45,10 @@ class MessageType:
     """A ROS 2 message type as a bag describes it."""
 
     name: str  # such as `std_msgs/msg/Header`
-    texts: dict[
-        str, str
-    ]  # the .msg texts of the type and of all that it uses, by full name
-    type_hash: str = (
-        ""  # `RIHS01_` and 64 hex digits; empty where the package ships none
-    )
+    # the .msg texts of the type and of all that it uses, by full name
+    texts: dict[str, str]
+    # `RIHS01_` and 64 hex digits; empty where the package ships none
+    type_hash: str = ""
 
     @property
     def definition(self) -> str:
@@ -74,12 +69,12 @@ class MessageType:
 class Field:
     """A field of a message."""
 
-    kind: str  # a primitive type, a string type, or the full name of a message
+    kind: str  # a primitive type, `string`, or the full name of a message
     count: int  # SINGLE, SEQUENCE, or the number of elements of a fixed array
 
 
 def message_type(name: str, share: Callable[[str], Path]) -> MessageType:
-    """Read a type from the packages that define it: exactly what the node was built with.
+    """Read a type from the packages that define it: what the node was built with.
 
     `share`: share folder of a package; OSError where that has no such message.
     """
@@ -102,29 +97,29 @@ def message_type(name: str, share: Callable[[str], Path]) -> MessageType:
 
 
 def used_texts(name: str, read_text: Callable[[str], str]) -> dict[str, str]:
-    """The text of a type and those of all that it uses, each of which `read` gives by name."""
+    """The text of a type and those of all that it uses, by name."""
     texts = {name: read_text(name)}
     waiting = [name]
     while waiting:
         type_name = waiting.pop(0)
         for field in fields(texts[type_name], type_name.partition("/")[0]):
-            if (
-                field.kind not in PRIMITIVES
-                and field.kind not in STRINGS | texts.keys()
-            ):
+            if field.kind not in BUILT_IN and field.kind not in texts:
                 texts[field.kind] = read_text(field.kind)
                 waiting.append(field.kind)
     return texts
 
 
 def fields(text: str, package: str) -> Iterator[Field]:
-    """The fields of a definition, without constants; types without a package are of this one."""
+    """The fields of a definition, without constants.
+
+    Types that are written without a package are of this one.
+    """
     for line in text.splitlines():
         field = _FIELD.match(line.partition("#")[0])
         if field is None or field["constant"]:
             continue
         kind = field["type"]
-        if kind not in PRIMITIVES and kind not in STRINGS:
+        if kind not in BUILT_IN:
             parts = kind.split("/")
             kind = f"{parts[0] if len(parts) > 1 else package}/msg/{parts[-1]}"
         count = SINGLE
@@ -133,30 +128,25 @@ def fields(text: str, package: str) -> Iterator[Field]:
         yield Field(kind, count)
 
 
-Skip = Callable[
-    [memoryview, int], int
-]  # from where a value may begin to the place behind it
-_Kind = tuple[
-    Skip, bool
-]  # how to pass over a value; whether its size hangs on its begin alone
+# From where a value may begin to the position behind it.
+Skip = Callable[[memoryview, int], int]
 
 
 class CdrLength:
     """Tells where the messages of one type end.
 
-    `rclpy.serialization.serialize_message` counts padding in front of empty sequences that the
-    message has not got, so that a few bytes of memory follow it, which some readers refuse.
+    `rclpy.serialization.serialize_message` counts padding in front of empty sequences
+    that the message has not got, so that a few bytes of memory follow it, which some
+    readers refuse.
     """
 
     def __init__(self, kind: MessageType) -> None:
-        self._skip: Skip | None = None
-        with suppress(KeyError):  # a type that is not defined, or a wstring
-            self._skip = _skip_value(kind.name, kind.texts)[0]
+        self._skip = _skip_value(kind.name, kind.texts)
 
     def trimmed(self, data: bytes) -> memoryview:
         """The message without what follows it; all of it where that cannot be told."""
         view = memoryview(data)
-        if self._skip is None or not data.startswith(HEADER):
+        if not data.startswith(HEADER):
             return view
         try:
             return view[: _HEADER_SIZE + self._skip(view[_HEADER_SIZE:], 0)]
@@ -164,27 +154,24 @@ class CdrLength:
             return view
 
 
-def _skip_value(kind: str, texts: dict[str, str]) -> _Kind:
+def _skip_value(kind: str, texts: dict[str, str]) -> Skip:
     """How to pass over a single value of a type."""
     if kind == "string":
-        return lambda data, position: 4 + sum(_read_count(data, position)), False
+        return lambda data, position: 4 + sum(_read_count(data, position))
     if kind in PRIMITIVES:
         size = PRIMITIVES[kind]
-        return lambda data, position: position + -position % size + size, True
-    parts = [
+        return lambda data, position: position + -position % size + size
+    steps = [
         _skip_field(field, texts)
         for field in fields(texts[kind], kind.partition("/")[0])
     ]
-    steps = [skip for skip, _ in parts] or [
-        _skip_value("byte", texts)[0]
-    ]  # of an empty message
 
     def skip(data: memoryview, position: int) -> int:
         for step in steps:
             position = step(data, position)
         return position
 
-    return skip, all(is_fixed for _, is_fixed in parts)
+    return skip
 
 
 def _read_count(data: memoryview, position: int) -> tuple[int, int]:
@@ -193,27 +180,22 @@ def _read_count(data: memoryview, position: int) -> tuple[int, int]:
     return position, int(_COUNT.unpack_from(data, position)[0])
 
 
-def _skip_field(field: Field, texts: dict[str, str]) -> _Kind:
-    """How to pass over a field.
-
-    Where a value of fixed size ends, modulo its widest alignment, does not depend on where it
-    begins: from the second on all are equally far apart.
-    """
-    skip, is_fixed = _skip_value(field.kind, texts)
+def _skip_field(field: Field, texts: dict[str, str]) -> Skip:
+    """How to pass over a field; what is long is an array of numbers."""
+    skip = _skip_value(field.kind, texts)
+    size = PRIMITIVES.get(field.kind)
     if field.count == SINGLE:
-        return skip, is_fixed
+        return skip
 
     def skip_all(data: memoryview, position: int) -> int:
         count = field.count
         if count == SEQUENCE:
             position, count = _read_count(data, position)
             position += 4
-        if is_fixed and count > 2:
-            first = skip(data, position)
-            second = skip(data, first)
-            return second + (count - 2) * (second - first)
+        if size and count:
+            return position + -position % size + size * count
         for _ in range(count):
             position = skip(data, position)
         return position
 
-    return skip_all, is_fixed and field.count != SEQUENCE
+    return skip_all
