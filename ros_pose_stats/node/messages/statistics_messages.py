@@ -33,9 +33,8 @@ def statistics_message(
     for name, value in labels.items():
         setattr(message, name, value)
     message.scene = statistics.scene
-    message.compute_time = Duration(
-        seconds=max(0.0, statistics.seconds)
-    ).to_msg()  # NaN: 0
+    seconds = max(0.0, statistics.seconds)  # 0 for NaN
+    message.compute_time = Duration(seconds=seconds).to_msg()
     message.poses = [
         _pose_message(statistics.part_id, pose) for pose in statistics.poses
     ]

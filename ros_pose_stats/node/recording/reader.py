@@ -91,13 +91,13 @@ def _read_frame(file: BinaryIO, start: int, size: int) -> Frame | None:
     if len(head) < RECORD.size:
         return None
     code, length = RECORD.unpack(head)
-    possible = (
-        length >= MESSAGE.size
-        if code == opcode.Opcode.MESSAGE  # zeros are no record
-        else opcode.Opcode.HEADER <= code <= opcode.Opcode.DATA_END
-        or code >= _FIRST_PRIVATE
-    )
-    if not possible or length > size - file.tell():
+    is_private = code >= _FIRST_PRIVATE
+    # Zeros are no record.
+    if not (opcode.Opcode.HEADER <= code <= opcode.Opcode.DATA_END or is_private):
+        return None
+    if code == opcode.Opcode.MESSAGE and length < MESSAGE.size:
+        return None
+    if length > size - file.tell():
         return None
     body = file.read(length)
     total = zlib.crc32(body, zlib.crc32(head))

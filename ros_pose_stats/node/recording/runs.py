@@ -90,8 +90,8 @@ class SpaceBound:
     """
 
     def __init__(self, log_directory: Path, limit: int) -> None:
-        self.deletions = 0
-        self.last_deleted = ""  # runs and files
+        self.deletions = 0  # of runs and files
+        self.last_deleted = ""
         self.is_exceeded = False
         self._log_directory = log_directory
         self._limit = limit

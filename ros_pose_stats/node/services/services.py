@@ -48,13 +48,11 @@ class Services:
         outlines: part_builder.Outlines,
     ) -> None:
         self._settings = equipment.settings
-
         self._intake = intake
         self._equipment = equipment
         self._parts = parts
         self._refinement = refinement
         self._outlines = outlines
-
         self._jobs = jobs
         self._reports = reports
         self._shifted: Memory[Any, Part] = memory_of_parts()

@@ -59,8 +59,10 @@ TEXT_VIEW_FACING = 9
 TRIANGLE_LIST = 11
 """Kinds of markers, as in visualization_msgs/Marker."""
 
+# What is done with a marker.
 ADD = 0
-DELETE_ALL = 3  # what is done with a marker
+DELETE_ALL = 3
+
 NO_CORNERS = np.empty((0, 3))
 
 
@@ -89,13 +91,11 @@ def marker_array_message(markers: list[Marker]) -> bytes:
         message.header(marker.stamp, marker.frame).string(marker.name)
         message.number("i", marker.number, marker.kind, marker.action)
         message.doubles(marker.pose).doubles(marker.scale).number("f", *marker.color)
-        message.number("i", 0).number("I", 0).number(
-            "?", marker.is_locked
-        )  # shown for ever
-        message.number("I", marker.corners.size // 3).doubles(marker.corners).number(
-            "I", 0
-        ).string("")
-        message.header(0, "").string("").number("I", 0)  # no texture
+        message.number("i", 0).number("I", 0)  # shown for ever
+        message.number("?", marker.is_locked)
+        message.number("I", marker.corners.size // 3).doubles(marker.corners)
+        # No colors of corners, no texture.
+        message.number("I", 0).string("").header(0, "").string("").number("I", 0)
         message.number("I", 0).string(marker.text)
         message.string("").string("").number("I", 0).number("?", False)  # no file
     return message.message()

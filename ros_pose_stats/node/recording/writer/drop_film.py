@@ -15,8 +15,8 @@ TF = "/tf"
 BODY = "/drop/markers"
 ENERGY = "/drop/energy"
 REACH = "/drop/within_reach"
-PLATE = "plate"
-FRAME = "part"  # frames: the plate, z up, and the part's own
+PLATE = "plate"  # frame of the plate, z up
+FRAME = "part"  # the part's own
 MAX_TRIANGLES = 10_000  # triangles of the marker
 # Time [ns] of the release in the file; 0 has a meaning of its own in ROS.
 START = SECOND
