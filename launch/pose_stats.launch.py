@@ -1,5 +1,6 @@
-"""Starts the node with the parameters of config/pose_stats.yaml, or of another file,
-and RViz.
+"""Starts the node with the parameters of a file, and RViz.
+
+The file is config/pose_stats.yaml where no other one is named.
 """
 
 from launch.actions import DeclareLaunchArgument
