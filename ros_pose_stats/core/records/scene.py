@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from numbers import Integral, Real
 from typing import Any, NamedTuple
 
@@ -126,6 +126,10 @@ class DropScene:
             if self.drop_height is None
             else self.drop_height
         )
+
+
+SCENE_FIELDS = tuple(field.name for field in fields(DropScene))
+"""Names of the scene's values: keywords, keys of JSON, columns."""
 
 
 def real_number(name: str, value: Any) -> float:

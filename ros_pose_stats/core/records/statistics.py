@@ -19,6 +19,7 @@ from .poses import PoseGroup, StablePose, single_poses
 from .scene import (
     DEFAULT_PLATE_ERROR,
     HIGHEST_DROP,
+    SCENE_FIELDS,
     DropScene,
     describe_scene,
     height_warnings,
@@ -32,10 +33,7 @@ STATISTICS_FIELDS = (
     "part_digest",
     "radius",
     "method",
-    "restitution",
-    "drop_height",
-    "cluster_tolerance",
-    "round_sides",
+    *SCENE_FIELDS,
     "drops",
     "unsettled",
     "seed",
@@ -284,15 +282,13 @@ def pose_statistics(
         if knows_scene
         else []
     )
+    release_height = scene.release_height(radius) if knows_scene else math.nan
     return PoseStatistics(
         part_id=part.part_id,
         part_digest=part.digest,
         radius=radius,
         method=method,
-        restitution=scene.restitution,
-        cluster_tolerance=scene.cluster_tolerance,
-        drop_height=scene.release_height(radius) if knows_scene else math.nan,
-        round_sides=scene.round_sides,
+        **{**vars(scene), "drop_height": release_height},
         poses=rank_poses(poses, shares),
         drops=drops,
         unsettled=unsettled,

@@ -43,10 +43,10 @@ def job_event(job: Job, event: int | None = None) -> JobEvent:
         drops_done=job.drops_done,
         seed=job.seed,
         target_error=request.target_error,
-        restitution=float(scene.restitution),
-        cluster_tolerance=float(scene.cluster_tolerance),
-        round_sides=scene.round_sides,
-        drop_height=math.nan if height is None else float(height),
+        **{
+            **vars(scene),
+            "drop_height": math.nan if height is None else float(height),
+        },
         part_digest="" if part is None else part.digest,
     )
     report.header.stamp = times.time_message(times.current_stamp())

@@ -246,18 +246,12 @@ def run_drops(
     return stop.judge(statistics, complete, extent)
 
 
-FlipKey = tuple[str, float, float, int, float]
+FlipKey = tuple[str, DropScene, float]
 
 
 def flip_key(digest: str, scene: DropScene, kick_height: float) -> FlipKey:
     """On what flips depend, but for their number and seed; not on the drop height."""
-    return (
-        digest,
-        scene.restitution,
-        scene.cluster_tolerance,
-        scene.round_sides,
-        kick_height,
-    )
+    return digest, replace(scene, drop_height=None), kick_height
 
 
 class FlipReports(JobListener):

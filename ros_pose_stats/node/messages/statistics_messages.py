@@ -16,6 +16,7 @@ from ros_pose_stats_msgs import msg
 from ...base import version
 from ...core import records
 from ...core.records.poses import POSE_FIELDS
+from ...core.records.scene import SCENE_FIELDS
 from ...core.records.statistics import FORGOTTEN, STATISTICS_FIELDS
 from .part_messages import pack_array
 from .times import current_stamp, time_message
@@ -177,11 +178,10 @@ def replaces(newer: msg.PoseStatistics, older: msg.PoseStatistics) -> bool:
 
 def holds_for_scene(last: msg.PoseStatistics, scene: records.DropScene) -> bool:
     """Whether a result of the last run holds for its part in the present scene."""
-    if (last.version, last.restitution, last.cluster_tolerance, last.round_sides) != (
-        version.VERSION,
-        scene.restitution,
-        scene.cluster_tolerance,
-        scene.round_sides,
+    if last.version != version.VERSION or any(
+        getattr(last, name) != getattr(scene, name)
+        for name in SCENE_FIELDS
+        if name != "drop_height"  # of a message it is that of the release
     ):
         return False
     released = scene.release_height(last.radius)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...core.records.plain_values import UNITS, with_units, without_rounding
+from ...core.records.scene import SCENE_FIELDS
 from ...node.recording import decoding
 from .comparisons import (
     BagAnalysis,
@@ -31,10 +32,7 @@ JOB = (
     "drops",
     "drops_done",
     "seed",
-    "restitution",
-    "drop_height",
-    "cluster_tolerance",
-    "round_sides",
+    *SCENE_FIELDS,
     "target_error",
     "max_seconds",
     "message",

@@ -186,10 +186,7 @@ def command_to_reproduce(options: argparse.Namespace, comparison: "Comparison") 
         words += arguments.option_words({"com": center}, "com")
     words += arguments.option_words(
         {**vars(options), "seed": comparison.seed},
-        "cluster_tolerance",
-        "round_sides",
-        "restitution",
-        "drop_height",
+        *arguments.SCENE_NAMES,
         "wanted",
         "plate_error",
         "drops",

@@ -17,7 +17,7 @@ from ...base.text import (
     remarks,
     several,
 )
-from ...core.records.scene import HIGHEST_KICK, height_warnings
+from ...core.records.scene import HIGHEST_KICK, SCENE_FIELDS, height_warnings
 from .terminal import arguments, flip_counts, running
 
 if TYPE_CHECKING:
@@ -161,10 +161,7 @@ STATISTICS_KEYS = (
     "part_id",
     "part_digest",
     "method",
-    "restitution",
-    "drop_height",
-    "cluster_tolerance",
-    "round_sides",
+    *SCENE_FIELDS,
     "plate_error",
     "version",
 )

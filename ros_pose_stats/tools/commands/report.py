@@ -131,10 +131,7 @@ def commands_to_reproduce(
             "com",
             "mass",
             "density",
-            "cluster_tolerance",
-            "round_sides",
-            "restitution",
-            "drop_height",
+            *arguments.SCENE_NAMES,
         ),
     ]
     drop_words = ["--drops", str(simulated.drops), "--seed", str(simulated.seed)]

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ....base import files, text
-from ....core.records.scene import Numbering
+from ....core.records.scene import SCENE_FIELDS, Numbering
 from ...bags.camera_counts import CameraCounts
 from ...bags.comparisons import BagAnalysis, Comparison, CountComparison, PartAnalysis
 from ...bags.results import ResultHistory
@@ -21,8 +21,8 @@ RESULT = (
     f"time {SCENE} unsettled expected_error largest_error largest_change final latched"
 )
 JOB = (
-    "job_id state refinement queued started ended drops_done drops seed restitution "
-    "drop_height cluster_tolerance round_sides target_error max_seconds message"
+    "job_id state refinement queued started ended drops_done drops seed "
+    f"{' '.join(SCENE_FIELDS)} target_error max_seconds message"
 )
 TEST = "statistic degrees_of_freedom p_value bins pooled"
 VALUES = {

@@ -322,6 +322,11 @@ POSE_OPTIONS = (
 """What counts as a pose, and as round."""
 
 SCENE_OPTIONS = ("--restitution", "--drop-height")
+SCENE_NAMES = tuple(
+    name.removeprefix("--").replace("-", "_")
+    for name in (*POSE_OPTIONS, *SCENE_OPTIONS)
+)
+"""Both, by the names of the scene's fields."""
 
 
 def add_options(command: CommandParser, *names: str, **changes: Any) -> None:
@@ -374,10 +379,7 @@ def drop_scene(options: argparse.Namespace) -> DropScene:
 
 def scene_keywords(options: argparse.Namespace) -> dict[str, Any]:
     """Scene of the options, by the keywords of the library's functions."""
-    return {
-        name: getattr(options, name)
-        for name in ("restitution", "drop_height", "cluster_tolerance", "round_sides")
-    }
+    return {name: getattr(options, name) for name in SCENE_NAMES}
 
 
 def add_drop_options(command: CommandParser, drops: int | None) -> None:
