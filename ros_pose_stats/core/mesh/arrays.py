@@ -82,9 +82,7 @@ def check_mesh(
         )
     corners = _indices(triangles, len(metres))
     with np.errstate(over="ignore"):
-        extent = max(
-            float(np.ptp(coordinates)) for coordinates in used_points(metres, corners).T
-        )
+        extent = float(np.ptp(remove_unused(metres, corners)[0], axis=0).max())
     if extent != 0.0 and not _SMALLEST_EXTENT < extent < _LARGEST_EXTENT:
         raise MeshError(
             f"an extent from {_SMALLEST_EXTENT:g} to {_LARGEST_EXTENT:g} m",
@@ -151,14 +149,15 @@ def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
     return np.ascontiguousarray(numbers.astype(np.uint32))
 
 
-def used_points(points: Array, triangles: NDArray[np.uint32]) -> Array:
-    """Points (V, 3) that are corners of triangles.
-
-    The very array given when all are.
-    """
-    is_used = np.zeros(len(points), dtype=bool)
+def remove_unused(
+    vertices: Array, triangles: NDArray[Any]
+) -> tuple[Array, NDArray[Any]]:
+    """Leave out vertices of no triangle; the very arrays given when there are none."""
+    is_used = np.zeros(len(vertices), dtype=bool)
     is_used[triangles.ravel()] = True
-    return points if is_used.all() else points[is_used]
+    if is_used.all():
+        return vertices, triangles
+    return vertices[is_used], (np.cumsum(is_used) - 1)[triangles]
 
 
 def sort_triangles(triangles: Index) -> Index:
@@ -174,7 +173,7 @@ def coordinate_rounding(vertices: ArrayLike, triangles: NDArray[np.uint32]) -> f
     Those that are all float32 numbers come from a file that stores no more (STL,
     mostly).
     """
-    points = used_points(real_array(vertices), triangles)
+    points = remove_unused(real_array(vertices), triangles)[0]
     magnitude = float(np.abs(points).max())
     if magnitude < float(np.finfo(np.float32).max) and np.array_equal(
         points, points.astype(np.float32)

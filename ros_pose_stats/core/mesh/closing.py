@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ...base import text
 from .. import tolerances
-from ..kernels.mesh import connections, measures
+from ..kernels.mesh import connections
 from ..records import Array, Index
 from . import overlap, vectors, winding
 
@@ -66,9 +66,7 @@ def close_holes(vertices: Array, triangles: Index) -> Closing:
     rims = join_loops(edges)
     loops = [edges.begin[rim] for rim in rims]
     holes = text.several(len(loops), "hole")
-    low, high = measures.bounds(vertices)
-    size = float((high - low).max())
-    points = (vertices - (low + 0.5 * (high - low))) / size
+    points, _, size = vectors.to_unit_size(vertices)
     if _has_lost_wall(points, edges, rims):
         return Closing(None, f"has {holes}, of which two may be the ends of one bore")
     caps = [_cap(points, plane_loops) for plane_loops in _group_coplanar(points, loops)]
@@ -194,9 +192,7 @@ def _normal(corners: Array) -> Array:
 
 def _area(points: Array, triangles: Index) -> float:
     """Area of triangles (T, 3)."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    normals = np.asarray(np.cross(b - a, c - a), dtype=np.float64)
-    return float(vectors.lengths(normals).sum()) / 2.0
+    return float(vectors.lengths(vectors.area_vectors(points, triangles)).sum()) / 2.0
 
 
 def _hull_volume(corners: Array) -> float:

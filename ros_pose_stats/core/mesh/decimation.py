@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..records import Array, Corners, Part
+from .vectors import area_vectors
 
 # Triangles that a picture of some hundred pixels shows as well as the whole mesh
 FINEST = 20_000
@@ -19,7 +20,7 @@ def visible_triangles(part: Part, limit: int = FINEST) -> Array:
     Of open meshes both sides.
     """
     vertices, triangles = _surface_to_draw(part)
-    is_open = _is_open(part)
+    is_open = part.is_open
     if is_open:
         limit //= 2
     if len(triangles) > limit:
@@ -30,12 +31,8 @@ def visible_triangles(part: Part, limit: int = FINEST) -> Array:
     )
 
 
-def _is_open(part: Part) -> bool:
-    return any(warning.startswith("OPEN_MESH:") for warning in part.warnings)
-
-
 def _surface_to_draw(part: Part) -> tuple[Array, Corners]:
-    if not _is_open(part):
+    if not part.is_open:
         return part.surface_vertices, part.surface_triangles
     a, b, c = part.triangles.T
     return part.vertices, part.triangles[(a != b) & (b != c) & (c != a)]
@@ -75,8 +72,7 @@ def decimate(vertices: Array, triangles: Corners, limit: int) -> tuple[Array, Co
             triangles = remaining
             if len(triangles) <= limit:
                 return vertices, triangles
-    a, b, c = vertices[triangles].transpose(1, 0, 2) / extent
-    areas = (np.cross(b - a, c - a) ** 2).sum(axis=1)
+    areas = (area_vectors(vertices / extent, triangles) ** 2).sum(axis=1)
     return vertices, triangles[np.sort(np.argsort(-areas, kind="stable")[:limit])]
 
 

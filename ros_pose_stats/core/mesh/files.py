@@ -173,7 +173,7 @@ def _clean_bytes(path: Path, suffix: str, data: bytes) -> bytes:
     if suffix == ".stl" and b"\0" in data:
         count = int.from_bytes(data[80:84], "little")
         length = 84 + 50 * count
-        if len(data) < 84 or len(data) < length or (len(data) > length and count == 0):
+        if len(data) < length or (len(data) > length and count == 0):
             raise MeshFileError(
                 "a readable STL file of the length that its header announces",
                 f"{path} of {len(data)} bytes where {count} triangles take {length}",
@@ -308,9 +308,7 @@ def _count_announced_faces(suffix: str, data: bytes) -> int:
 
 def _is_binary_stl(data: bytes) -> bool:
     """Whether the length fits the count in the header; `solid` may open either kind."""
-    return len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(
-        data[80:84], "little"
-    )
+    return len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
 
 
 def read_bytes(path: Path) -> bytes:

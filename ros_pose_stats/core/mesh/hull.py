@@ -17,6 +17,7 @@ from ...base import errors
 from .. import tolerances
 from ..kernels.mesh.measures import bounds, thinness
 from ..records import Array, Corners, Index, Part
+from .vectors import to_unit_size
 
 CROWD = 1000
 """Corners of one face from which on Qhull takes longer for them than for as many other
@@ -61,12 +62,9 @@ class Hull(NamedTuple):
 
 def hull_of(points: Array) -> Hull:
     """Convex hull of points (N, 3) in space, metres."""
-    points = np.ascontiguousarray(points)
-    low, high = bounds(points)
-    shift = low + 0.5 * (high - low)
-    scale = float((high - low).max())
+    scaled, shift, scale = to_unit_size(points)
     try:
-        qhull = _facets((points - shift) / scale)
+        qhull = _facets(scaled)
     except (QhullError, ValueError) as error:
         raise _flat_points_error(points) from error
     return Hull(qhull, shift, scale)

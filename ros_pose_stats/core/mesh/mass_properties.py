@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.errors import MassPropertiesError
-from ..kernels.mesh.measures import bounds, solid_moments
+from ..kernels.mesh.measures import solid_moments
 from ..kernels.principal_axes import principal_axes
 from ..records import Array, Index
 from ..tolerances import TRIANGLE_INEQUALITY
 from .arrays import NOT_NUMBERS, real_array, real_number
+from .vectors import to_unit_size
 
 # Beyond it products with squares of lengths from 1e-50 to 1e50 m come near the ends of
 # float64.
@@ -39,12 +40,8 @@ class Solid(NamedTuple):
 
 def solid_of(vertices: Array, triangles: Index) -> Solid:
     """Integrate over the solid that a closed surface encloses."""
-    vertices = np.ascontiguousarray(vertices)
-    triangles = np.ascontiguousarray(triangles)
-    low, high = bounds(vertices)
-    shift = low + 0.5 * (high - low)
-    scale = float((high - low).max())
-    volume, *moments = solid_moments((vertices - shift) / scale, triangles).tolist()
+    points, shift, scale = to_unit_size(vertices)
+    volume, *moments = solid_moments(points, np.ascontiguousarray(triangles)).tolist()
     if volume == 0.0:
         return Solid(0.0, np.full(3, math.nan), np.full((3, 3), math.nan))
     x, y, z = (moment / volume for moment in moments[:3])
@@ -106,13 +103,15 @@ def check_properties(
     return GivenProperties(kilograms, center, tensor, density_value)
 
 
-def _check_density(density: float) -> float:
+def _number(number: float, expected: str) -> float:
     try:
-        value = real_number(density)
+        return real_number(number)
     except NOT_NUMBERS as error:
-        raise MassPropertiesError(
-            "a density in kg/m³", f"{density!r}", "give one number"
-        ) from error
+        raise MassPropertiesError(expected, f"{number!r}", "give one number") from error
+
+
+def _check_density(density: float) -> float:
+    value = _number(density, "a density in kg/m³")
     if not _LIGHTEST <= value <= _HEAVIEST:
         raise MassPropertiesError(
             f"a density from {_LIGHTEST:g} to {_HEAVIEST:g} kg/m³",
@@ -124,12 +123,7 @@ def _check_density(density: float) -> float:
 
 def check_mass(mass: float) -> float:
     """A mass that can be computed with, as a float."""
-    try:
-        value = real_number(mass)
-    except NOT_NUMBERS as error:
-        raise MassPropertiesError(
-            "a mass in kilograms", f"{mass!r}", "give one number"
-        ) from error
+    value = _number(mass, "a mass in kilograms")
     if not 0.0 < value < math.inf:
         raise MassPropertiesError(
             "a finite mass above 0 kg", f"{value} kg", "leave it out for unit mass"

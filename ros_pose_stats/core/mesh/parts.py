@@ -1,6 +1,7 @@
 """From a mesh to a part: arrays are checked, repaired, oriented and integrated."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -238,19 +239,7 @@ def shift_center(part: Part, offset: ArrayLike) -> Part:
     hull = hull_of_part(part)
     _check_inside(center, part.surface_vertices, hull)
     name = "" if part.part_id == digest_name(part.digest) else part.part_id
-    shifted = Part(
-        name,
-        part.vertices,
-        part.triangles,
-        part.surface_vertices,
-        part.surface_triangles,
-        part.mass,
-        center,
-        part.inertia,
-        part.warnings,
-        part.rounding,
-        notes=part.notes,
-    )
+    shifted = replace(part, part_id=name, center_of_mass=center)
     keep_hull(shifted, hull)
     return shifted
 

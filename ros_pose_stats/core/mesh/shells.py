@@ -9,11 +9,17 @@ the windings tell nothing: the shells in it are voids and bodies in turn.
 
 import numpy as np
 
-from ..kernels.mesh.measures import bounds, tetrahedra
+from ..kernels.mesh.measures import tetrahedra
 from ..records import Array, Index, Mask
 from ..tolerances import OVERLAP
 from .overlap import check_patience, reach_into_each_other
-from .winding import Shells, find_crossings
+from .vectors import to_unit_size
+from .winding import (
+    Shells,
+    find_crossings,
+    passages_through,
+    widths_seen_from_above,
+)
 
 # Rounding of a sum of volumes of order one; a folded sheet encloses no more.
 _NO_VOLUME = 1e-14
@@ -27,9 +33,7 @@ def orient_outward(vertices: Array, shells: Shells) -> tuple[Index, float]:
     Returns the triangles, and the share of the volume that counts twice where bodies
     reach into each other by more than `OVERLAP` of the size, else 0.
     """
-    low, high = bounds(vertices)
-    size = float((high - low).max())
-    points = (vertices - (low + 0.5 * (high - low))) / size
+    points = to_unit_size(vertices)[0]
     weights = tetrahedra(points, shells.triangles)
     if shells.shell_count == 1:
         is_inverted = float(weights.sum()) < 0.0
@@ -162,19 +166,10 @@ def _find_smallest_around(
 
 def _find_inner_point(points: Array, triangles: Index) -> Array | None:
     """Find a point well inside a shell: the middle of its widest vertical passage."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    u = b - a
-    v = c - a
-    widest_triangle = int(np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).argmax())
-    x, y = ((a + b + c)[widest_triangle, :2] / 3.0).tolist()
-    _, height, sign = find_crossings(points, triangles, x, y)
-    if len(height) < 2:
+    widest_triangle = triangles[widths_seen_from_above(points, triangles).argmax()]
+    x, y, height, winding = passages_through(points, triangles, widest_triangle)
+    passage = np.diff(height) * (winding != 0)
+    if passage.max(initial=0.0) <= 0.0:
         return None
-    order = np.argsort(height, kind="stable")
-    passage = np.diff(height[order]) * (np.cumsum(sign[order])[:-1] != 0)
     longest_passage = int(passage.argmax())
-    if passage[longest_passage] <= 0.0:
-        return None
-    return np.array(
-        [x, y, height[order[longest_passage]] + 0.5 * passage[longest_passage]]
-    )
+    return np.array([x, y, height[longest_passage] + 0.5 * passage[longest_passage]])

@@ -13,6 +13,7 @@ from . import arrays, mass_properties, winding
 from .closing import Closing, close_holes
 from .hull import Hull, hull_of
 from .shells import orient_outward
+from .vectors import area_vectors
 
 UNCERTAIN = 1e-3
 """Largest volume, as a fraction of the solid's, that caps of holes may be wrong by, or
@@ -76,7 +77,7 @@ def weld(vertices: Array, triangles: Index) -> tuple[Array, Index]:
 
     Returns the first of coincident vertices; the very array given when nothing changes.
     """
-    vertices, triangles = remove_unused(vertices, triangles)
+    vertices, triangles = arrays.remove_unused(vertices, triangles)
     if len(triangles) == 0:
         return vertices, triangles
     low, high = measures.bounds(vertices)
@@ -87,20 +88,11 @@ def weld(vertices: Array, triangles: Index) -> tuple[Array, Index]:
         vertices, low, tolerances.WELD * extent
     )
     if not has_coincident:
-        return remove_unused(vertices, _remove_collapsed(triangles))
+        return arrays.remove_unused(vertices, _remove_collapsed(triangles))
     is_kept = representative == np.arange(len(vertices))
     number = np.cumsum(is_kept) - 1
     triangles = _remove_collapsed(number[representative][triangles])
-    return remove_unused(vertices[is_kept], triangles)
-
-
-def remove_unused(vertices: Array, triangles: Index) -> tuple[Array, Index]:
-    """Leave out vertices of no triangle; the very arrays given when there are none."""
-    is_used = np.zeros(len(vertices), dtype=bool)
-    is_used[triangles.ravel()] = True
-    if is_used.all():
-        return vertices, triangles
-    return vertices[is_used], (np.cumsum(is_used) - 1)[triangles]
+    return arrays.remove_unused(vertices[is_kept], triangles)
 
 
 def _remove_collapsed(triangles: Index) -> Index:
@@ -112,7 +104,7 @@ def _remove_collapsed(triangles: Index) -> Index:
 
 def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
     """The solid that closed shells bound."""
-    points, triangles = remove_unused(vertices, shells.triangles)
+    points, triangles = arrays.remove_unused(vertices, shells.triangles)
     outward_triangles, doubled_share = orient_outward(
         points, shells._replace(triangles=triangles)
     )
@@ -169,8 +161,8 @@ def _hull_triangles(vertices: Array, hull: Hull) -> Index:
     if shells is not None:
         return arrays.sort_triangles(orient_outward(vertices, shells)[0])
     # Qhull may split a merged facet into slivers that fold, but its normals are right.
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    is_inward = (np.cross(b - a, c - a) * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0
+    normals = area_vectors(vertices, triangles)
+    is_inward = (normals * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0
     return arrays.sort_triangles(
         np.where(is_inward[:, None], triangles[:, ::-1], triangles)
     )

@@ -79,17 +79,17 @@ def rank_units(vertices: Array, triangles: Corners) -> list[str]:
     than in millimetres.
     """
     lengths, rounding = _lengths(vertices, triangles)
+    grid_steps, shares = np.array(_GRIDS).T
     evidence = {}
     for unit, prior in _PRIOR.items():
         scale = 1e3 * METRES_PER_UNIT[unit]
         size = float(lengths.max(initial=0.0)) * scale
         if _POSSIBLE[0] <= size <= _POSSIBLE[1]:
-            steps = lengths[:, None] * scale / np.array([step for step, _ in _GRIDS])
+            steps = lengths[:, None] * scale / grid_steps
             round_ones = (
                 np.abs(steps - np.round(steps)) <= steps * rounding / lengths[:, None]
             )
-            share = np.array([share for _, share in _GRIDS])
-            likelihood = _OFF_GRID + (round_ones * share / steps).sum(axis=1)
+            likelihood = _OFF_GRID + (round_ones * shares / steps).sum(axis=1)
             evidence[unit] = (
                 math.log(prior)
                 - 0.5 * math.log(size / _USUAL, 4.0) ** 2

@@ -9,7 +9,8 @@ import math
 import numpy as np
 
 from ..kernels.body.standing import matrices_of, quaternions_down
-from ..records import Array
+from ..kernels.mesh.measures import bounds
+from ..records import Array, Corners
 
 
 def turn_vectors(vectors: Array, matrix: Array) -> Array:
@@ -27,9 +28,9 @@ def lengths(vectors: Array) -> Array:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Vector products of vectors (n, 3) or (3,) with a vector (3,), quickly."""
+    """Vector products of vectors, each (n, 3) or (3,), quickly."""
     x, y, z = a.T
-    u, v, w = b
+    u, v, w = b.T
     return np.array((y * w - z * v, z * u - x * w, x * v - y * u)).T
 
 
@@ -43,6 +44,24 @@ def components_along(vectors: Array, axis: Array) -> Array:
     """Components (n,) of vectors (n, 3) along an axis."""
     x, y, z = vectors.T
     return np.asarray(x * axis[0] + y * axis[1] + z * axis[2])
+
+
+def area_vectors(points: Array, triangles: Corners) -> Array:
+    """Normals (T, 3) of triangles, twice as long as their areas are large."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.asarray(np.cross(b - a, c - a))
+
+
+def to_unit_size(points: Array) -> tuple[Array, Array, float]:
+    """Points about the centre of their bounding box and of size one; centre and size.
+
+    The size is the largest extent of the box.
+    """
+    points = np.ascontiguousarray(points)
+    low, high = bounds(points)
+    center = low + 0.5 * (high - low)
+    size = float((high - low).max())
+    return (points - center) / size, center, size
 
 
 def scatter(points: Array) -> Array:

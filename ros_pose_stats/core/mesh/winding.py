@@ -18,6 +18,7 @@ import numpy as np
 from ..kernels.mesh.connections import component_labels, grouped_edges, linked_triangles
 from ..records import Array, Index, Mask
 from ..tolerances import WELD
+from .vectors import area_vectors
 
 # Most patches of shells with crowded edges that are examined, widest first.
 _MOST_PATCHES = 256
@@ -142,8 +143,7 @@ def _triangles_to_turn(
     turned_side = side[size:]
     if (original_side == turned_side).any():
         return None
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    area = np.linalg.norm(area_vectors(vertices, triangles), axis=1)
     side_area = np.bincount(original_side, weights=area, minlength=int(side.max()) + 1)
     # Of the two sides of a patch the one that keeps more area; ties: the lower number.
     has_less = side_area[original_side] < side_area[turned_side]
@@ -159,7 +159,7 @@ def _join_patches(edges: Edges, patch: Index) -> Index:
     _, pair, uses = np.unique(
         edge * patch_count + patch[owner], return_inverse=True, return_counts=True
     )
-    is_closed = uses[pair.ravel()] == 2
+    is_closed = uses[pair] == 2
     edge_is_closed = np.ones(len(edges.start), dtype=bool)
     np.logical_and.at(edge_is_closed, edge, is_closed)
     follows = edge[1:] == edge[:-1]
@@ -174,7 +174,7 @@ def _is_balanced(edges: Edges, shell: Index) -> bool:
     _, pair = np.unique(
         edge * (int(shell.max()) + 1) + shell[owner], return_inverse=True
     )
-    return not np.bincount(pair.ravel(), weights=np.where(forward, 1.0, -1.0)).any()
+    return not np.bincount(pair, weights=np.where(forward, 1.0, -1.0)).any()
 
 
 def _has_both_senses(
@@ -184,10 +184,7 @@ def _has_both_senses(
 
     Crowded edges may balance though one half is inside out; a vertical line shows it.
     """
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    u = b - a
-    v = c - a
-    width = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    width = widths_seen_from_above(vertices, triangles)
     order = np.lexsort((-width, patch))
     representatives = order[
         np.searchsorted(patch[order], np.arange(int(patch.max()) + 1))
@@ -202,11 +199,10 @@ def _has_both_senses(
     senses = np.zeros((int(shell.max()) + 1, 2), dtype=bool)
     for triangle in representatives:
         shell_triangles = triangles[shell == shell[triangle]]
-        x, y = ((a + b + c)[triangle, :2] / 3.0).tolist()
-        _, height, sign = find_crossings(vertices, shell_triangles, x, y)
-        rank = np.argsort(height, kind="stable")
-        passage = np.diff(height[rank]) > WELD * float(np.ptp(vertices[:, 2]))
-        winding = np.cumsum(sign[rank])[:-1][passage]
+        _, _, height, winding = passages_through(
+            vertices, shell_triangles, triangles[triangle]
+        )
+        winding = winding[np.diff(height) > WELD * float(np.ptp(vertices[:, 2]))]
         senses[shell[triangle]] |= [(winding < 0).any(), (winding > 0).any()]
     return bool(senses.all(axis=1).any())
 
@@ -216,6 +212,26 @@ def _crowded_edges(edges: Edges) -> tuple[Index, Index, Mask]:
     number = np.repeat(np.arange(len(edges.uses)), edges.uses)
     is_crowded = (edges.uses > 2)[number]
     return number[is_crowded], edges.edge[is_crowded] // 3, edges.forward[is_crowded]
+
+
+def widths_seen_from_above(vertices: Array, triangles: Index) -> Array:
+    """Twice the areas (T,) of triangles on a horizontal plane."""
+    return np.abs(area_vectors(vertices, triangles)[:, 2])
+
+
+def passages_through(
+    vertices: Array, triangles: Index, triangle: Index
+) -> tuple[float, float, Array, Index]:
+    """Passages along the vertical line through the middle of a triangle (3,).
+
+    Its x and y, the heights (k,) at which it crosses triangles, rising, and how often
+    each passage from one height to the next (k - 1,) is enclosed.
+    """
+    a, b, c = vertices[triangle, :2]
+    x, y = ((a + b + c) / 3.0).tolist()
+    _, height, sign = find_crossings(vertices, triangles, x, y)
+    order = np.argsort(height, kind="stable")
+    return x, y, height[order], np.cumsum(sign[order])[:-1]
 
 
 def find_crossings(

@@ -134,6 +134,11 @@ class Part:
         """Seed for drops that nobody gave one: equal parts have equal answers."""
         return int(self.digest[:8], 16)
 
+    @property
+    def is_open(self) -> bool:
+        """Whether the convex hull stands in for the surface of an open mesh."""
+        return any(warning.startswith("OPEN_MESH:") for warning in self.warnings)
+
     def prepare(self, make: Callable[..., Prepared], *options: Hashable) -> Prepared:
         """Return what a function makes of the part.
 

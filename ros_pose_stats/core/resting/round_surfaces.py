@@ -150,7 +150,7 @@ def rounding_of(part: Part, corners: Array) -> float:
 def _on_surface(part: Part, ends: Index, tolerance: float) -> Mask:
     """Whether edges of the hull (E, 2) lie on the surface of the mesh."""
     triangles = part.surface_triangles
-    if any(warning.startswith("OPEN_MESH") for warning in part.warnings):
+    if part.is_open:
         # The hull stands in for the surface there, and it has no gaps.
         triangles = surface.weld(part.vertices, part.triangles.astype(np.int64))[1]
     vertex = hull.hull_of_part(part).qhull.vertices[ends]
