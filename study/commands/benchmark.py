@@ -214,7 +214,7 @@ def run_table(options: argparse.Namespace) -> int:
 
         datasets = _datasets(options)
     tables = []
-    with end_on_interrupt(), ProgressBar(sys.stderr) as bar:
+    with end_on_interrupt(), ProgressBar() as bar:
         for number, dataset in enumerate(datasets):
             tables.append(
                 table(
@@ -237,7 +237,7 @@ def run_prisms(options: argparse.Namespace) -> int:
         from ..prisms import prisms, prisms_text
 
         file = _figure(options.output) if options.output is not None else None
-    with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+    with stop_on_interrupt() as interrupted, ProgressBar() as bar:
         results = prisms(
             options.drops,
             options.dice_drops,

@@ -115,7 +115,7 @@ def run(options: argparse.Namespace) -> int:
             prepare_kernels()
     file = Path(options.output or default_name(spec))
     begin = time.monotonic()
-    with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+    with stop_on_interrupt() as interrupted, ProgressBar() as bar:
         complete = make_dataset(
             file,
             spec,

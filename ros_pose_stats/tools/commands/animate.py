@@ -1,7 +1,6 @@
 """`animate PART`: one drop of a part in motion."""
 
 import argparse
-import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -96,57 +95,37 @@ def write_drop(
     """Write the drop as a film for Foxglove or as a video, whole or not at all."""
     from ...base.files import write_whole
 
-    def write(folder: Path) -> None:
-        path = folder / file.name
-        if file.suffix.lower() == FILM_ENDING:
-            write_film(path, part, trajectory, frames, root)
-        else:
-            write_video(path, part, trajectory, frames, root)
+    def write_film(folder: Path) -> None:
+        """A bag with the part in motion, and the poses within reach of its energy."""
+        from ...core.resting.splitting_graph import levels_above, poses_within
+        from ...node.recording.writer import drop_film
 
-    write_whole(file.parent, write)
+        weight = trajectory.energies[0] / trajectory.heights[0]
+        levels = levels_above(root, trajectory.pose)
 
+        def name_poses(energy: float) -> str:
+            return " ".join(map(str, poses_within(levels, energy / weight, root.poses)))
 
-def write_film(
-    file: Path,
-    part: "Part",
-    trajectory: "Trajectory",
-    frames: "DropFrames",
-    root: "SplittingNode",
-) -> None:
-    """Write a bag with the part in motion, and the poses within reach of its energy."""
-    from ...core.resting.splitting_graph import levels_above, poses_within
-    from ...node.recording.writer import drop_film
+        drop_film.write_film(folder / file.name, part, frames, name_poses)
 
-    weight = trajectory.energies[0] / trajectory.heights[0]
-    levels = levels_above(root, trajectory.pose)
+    def write_video(folder: Path) -> None:
+        from ...core.simulation.frames import RATE
+        from ..plots import figures
+        from ..plots.trajectory import animation_frames
 
-    def name_poses(energy: float) -> str:
-        return " ".join(map(str, poses_within(levels, energy / weight, root.poses)))
+        pictures = animation_frames(part, trajectory, frames, root)
+        is_gif = file.suffix.lower() == ".gif"
+        write = figures.write_gif if is_gif else figures.write_mp4
+        total = len(frames.times)
+        write(folder / file.name, count_pictures(pictures, total), RATE)
 
-    drop_film.write_film(file, part, frames, name_poses)
-
-
-def write_video(
-    file: Path,
-    part: "Part",
-    trajectory: "Trajectory",
-    frames: "DropFrames",
-    root: "SplittingNode",
-) -> None:
-    """Draw the drop, under a bar."""
-    from ...core.simulation.frames import RATE
-    from ..plots import figures
-    from ..plots.trajectory import animation_frames
-
-    pictures = animation_frames(part, trajectory, frames, root)
-    is_gif = file.suffix.lower() == ".gif"
-    write = figures.write_gif if is_gif else figures.write_mp4
-    write(file, count_pictures(pictures, len(frames.times)), RATE)
+    is_film = file.suffix.lower() == FILM_ENDING
+    write_whole(file.parent, write_film if is_film else write_video)
 
 
 def count_pictures(pictures: "Iterable[Picture]", total: int) -> "Iterator[Picture]":
     """The same pictures, while a bar says how many there have been."""
-    with running.ProgressBar(sys.stderr) as bar:
+    with running.ProgressBar() as bar:
         for count, picture in enumerate(pictures):
             bar.draw(count / total, f"picture {count} of {total}")
             yield picture

@@ -1,7 +1,6 @@
 """`bag DIR...`: parts, jobs and counts of cameras in bags, also as CSV files."""
 
 import argparse
-import sys
 
 from ...base import files
 from .terminal import arguments, running
@@ -38,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
     if options.csv is not None:
         folder = arguments.output_folder(options.csv)
         files.refuse_unwritable(folder)
-    with running.ProgressBar(sys.stderr) as bar:
+    with running.ProgressBar() as bar:
         analysis = analyse_bags(options.bags, bar.show_bytes)
     tables = []
     if folder is not None:

@@ -2,7 +2,6 @@
 
 import argparse
 import math
-import sys
 import time
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -115,7 +114,7 @@ def run(options: argparse.Namespace) -> int:
     begin = time.monotonic()
     with (
         running.stop_on_interrupt() as is_interrupted,
-        running.ProgressBar(sys.stderr) as bar,
+        running.ProgressBar() as bar,
     ):
         catalogue = making.make_catalogue(
             folder,

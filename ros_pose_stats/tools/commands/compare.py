@@ -2,7 +2,6 @@
 
 import argparse
 import shlex
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -106,7 +105,7 @@ def run(options: argparse.Namespace) -> int:
         parts = load_variants(options)
     with (
         running.stop_on_interrupt() as is_interrupted,
-        running.ProgressBar(sys.stderr) as bar,
+        running.ProgressBar() as bar,
     ):
         comparison = compare(
             parts,
@@ -129,12 +128,8 @@ def run(options: argparse.Namespace) -> int:
         with running.end_on_interrupt():
             write_page(page, comparison, options)
         pages.append(running.describe_size(page))
-    return running.print_answer(
-        options,
-        comparison.as_dict,
-        lambda: [*comparison_table(comparison), *pages],
-        interruption,
-    )
+    lines = [*comparison_table(comparison), *pages]
+    return running.print_answer(options, comparison.as_dict(), lines, interruption)
 
 
 def write_page(

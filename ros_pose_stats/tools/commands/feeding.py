@@ -1,7 +1,6 @@
 """`feeding PART`: what a vision feeder is to do with a part, and what it gets."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,8 +21,7 @@ from .terminal import arguments, flip_counts, running
 
 if TYPE_CHECKING:
     from ...core.planning.feeding_plan import FeederCell, FeedingPlan, KickPlan
-    from ...core.records import FlipStatistics, Part, PoseStatistics
-    from ...core.simulation.request import DropRequest
+    from ...core.records import Part, PoseStatistics
 
 DEFAULT_FLIPS = 10_000  # with a kick, out of all poses, as a node answers
 
@@ -128,9 +126,12 @@ def run(options: argparse.Namespace) -> int:
     if flip_count is None:
         flip_count = max(1, DEFAULT_FLIPS // len(statistics.poses))
     flip_request = request.drop_request(flip_count, options.seed, 0.0, options.workers)
-    simulated_flips, is_stopped = kick_part(part, kicks, flip_request, options)
+    with running.stop_on_interrupt() as is_interrupted, running.ProgressBar() as bar:
+        simulated_flips = flip_counts.kick_from_heights(
+            part, kicks, flip_request, is_interrupted, bar, options
+        )
     interruption = ""
-    if is_stopped:
+    if is_interrupted():
         counts = f"{len(simulated_flips)} of {len(set(kicks))}"
         interruption = f"interrupted after {counts} kick heights"
     elif counted_flips and simulated_flips:
@@ -143,7 +144,7 @@ def run(options: argparse.Namespace) -> int:
     warnings = collect_warnings(statistics, kicks, options)
     return running.print_answer(
         options,
-        lambda: {
+        {
             **{name: getattr(statistics, name) for name in STATISTICS_KEYS},
             "wanted": options.wanted,
             "seed": flip_request.seed,
@@ -152,7 +153,7 @@ def run(options: argparse.Namespace) -> int:
             "notes": statistics.notes,
             **plan.as_dict(),
         },
-        lambda: plan_table(statistics, plan, cell, flip_request.seed, warnings),
+        plan_table(statistics, plan, cell, flip_request.seed, warnings),
         interruption,
     )
 
@@ -186,32 +187,6 @@ def refuse_no_kicks(picture: Path | None, options: argparse.Namespace) -> None:
             "leave --kicks out for the "
             "usual thirteen: counted flips are learnt from those of the model",
         )
-
-
-def kick_part(
-    part: "Part",
-    kicks: "Sequence[float]",
-    flip_request: "DropRequest",
-    options: argparse.Namespace,
-) -> "tuple[list[FlipStatistics], bool]":
-    """Flips at each kick height, under a bar, and whether Ctrl-C stopped them."""
-    from ...core.simulation import flips, request
-
-    with (
-        running.stop_on_interrupt() as is_interrupted,
-        running.ProgressBar(sys.stderr) as bar,
-    ):
-        simulated_flips = flips.flips_by_kick(
-            part,
-            arguments.drop_scene(options),
-            kicks,
-            flip_request,
-            request.Watch(should_stop=is_interrupted),
-            lambda index, total: bar.draw(
-                index / total, f"kick {index + 1} of {total}"
-            ),
-        )
-    return simulated_flips, is_interrupted()
 
 
 def collect_warnings(

@@ -155,7 +155,7 @@ def read_counts(options: argparse.Namespace) -> "tuple[list[CountedPart], list[s
     if bags:
         from ..bags.plate_counts import counts_on_plate
 
-        with running.ProgressBar(sys.stderr) as bar:
+        with running.ProgressBar() as bar:
             recorded_parts, refused_counts = counts_on_plate(
                 bags, options.plate, bar.show_bytes
             )

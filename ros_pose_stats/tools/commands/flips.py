@@ -1,7 +1,7 @@
 """`flips PART`: where a kicked part comes to rest, and what kicking gains a feeder."""
 
 import argparse
-import sys
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -19,7 +19,7 @@ from .terminal import arguments, flip_counts, running
 
 if TYPE_CHECKING:
     from ...core.records import FlipStatistics, Index, Part, PoseStatistics
-    from ...core.simulation.request import DropRequest, Watch
+    from ...core.simulation.request import DropRequest
     from ...core.statistics.feeding import Feeding
 
 DEFAULT_FLIPS = 2000
@@ -90,18 +90,11 @@ def run(options: argparse.Namespace) -> int:
         options.flips, options.seed, 0.0, options.workers
     )
     drops = None
-    with (
-        running.stop_on_interrupt() as is_interrupted,
-        running.ProgressBar(sys.stderr) as bar,
-    ):
-        watch = request.Watch(should_stop=is_interrupted)
-        if counted_flips:
-            radius = resting_poses.body.radius
-            flips = learn_flips(
-                part, radius, counted_flips, flip_request, watch, bar, options
-            )
-        else:
-            flips = [count_flips(part, flip_request, watch, bar, options)]
+    with running.stop_on_interrupt() as is_interrupted, running.ProgressBar() as bar:
+        radius = resting_poses.body.radius
+        flips = kick_part(
+            part, radius, counted_flips, flip_request, is_interrupted, bar, options
+        )
         if options.wanted is not None and not is_interrupted():
             drops = simulate.simulate(
                 part,
@@ -112,9 +105,8 @@ def run(options: argparse.Namespace) -> int:
                 should_stop=is_interrupted,
                 **arguments.scene_keywords(options),
             )
-    is_stopped = is_interrupted()
     interruption = ""
-    if is_stopped:
+    if is_interrupted():
         flip_count = sum(statistics.flips for statistics in flips)
         interruption = f"interrupted after {flip_count} flips"
     speeds = []
@@ -122,7 +114,7 @@ def run(options: argparse.Namespace) -> int:
     for statistics in flips:
         statistics = with_warnings(statistics, drops, options)
         feedings: dict[str, Feeding] = {}
-        if drops is not None and not is_stopped:
+        if drops is not None and not interruption:
             feedings = feed(drops, statistics, options)
         values = statistics.as_dict()
         if feedings:
@@ -131,53 +123,38 @@ def run(options: argparse.Namespace) -> int:
         tables.append("\n".join(flips_table(part, statistics, feedings)))
     return running.print_answer(
         options,
-        lambda: {"speeds": speeds} if options.counts else speeds[0],
-        lambda: ["\n\n".join(tables)],
+        {"speeds": speeds} if options.counts else speeds[0],
+        ["\n\n".join(tables)],
         interruption,
     )
 
 
-def count_flips(
-    part: "Part",
-    flip_request: "DropRequest",
-    watch: "Watch",
-    bar: running.ProgressBar,
-    options: argparse.Namespace,
-) -> "FlipStatistics":
-    """Kick the part out of each pose by the height of the options."""
-    from ...core.simulation import flips
-
-    return flips.count_flips(
-        part,
-        arguments.drop_scene(options),
-        options.kick,
-        flip_request,
-        watch,
-        lambda count, total: bar.draw(count / total, f"{count} of {total} flips"),
-    )
-
-
-def learn_flips(
+def kick_part(
     part: "Part",
     radius: float,
     counted_flips: "dict[str, Index]",
     flip_request: "DropRequest",
-    watch: "Watch",
+    should_stop: "Callable[[], bool]",
     bar: running.ProgressBar,
     options: argparse.Namespace,
 ) -> "list[FlipStatistics]":
-    """Kick the part by usual heights, and explain the counted flips of each speed."""
-    from ...core.simulation import flips
+    """Flips by the kick of the options, or what explains the counts of each speed."""
+    from ...core.simulation import flips, request
 
-    simulated_flips = flips.flips_by_kick(
-        part,
-        arguments.drop_scene(options),
-        flips.usual_kicks(radius),
-        flip_request,
-        watch,
-        lambda index, total: bar.draw(index / total, f"kick {index + 1} of {total}"),
+    if not counted_flips:
+        statistics = flips.count_flips(
+            part,
+            arguments.drop_scene(options),
+            options.kick,
+            flip_request,
+            request.Watch(should_stop=should_stop),
+            lambda count, total: bar.draw(count / total, f"{count} of {total} flips"),
+        )
+        return [statistics]
+    simulated_flips = flip_counts.kick_from_heights(
+        part, flips.usual_kicks(radius), flip_request, should_stop, bar, options
     )
-    if watch.should_stop():
+    if should_stop():
         return []
     return flip_counts.learn_speeds(simulated_flips, counted_flips)
 

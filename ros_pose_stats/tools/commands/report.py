@@ -2,7 +2,6 @@
 
 import argparse
 import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -96,7 +95,7 @@ def run(options: argparse.Namespace) -> int:
         options.changes,
     )
     scene = arguments.drop_scene(options)
-    with running.end_on_interrupt(), running.ProgressBar(sys.stderr) as bar:
+    with running.end_on_interrupt(), running.ProgressBar() as bar:
         findings = investigate(
             part, scene, feeder, options.drops, options.seed, bar.draw
         )

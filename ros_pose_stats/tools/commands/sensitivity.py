@@ -1,7 +1,6 @@
 """`sensitivity PART --wanted I...`: which change of a part feeds better."""
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -106,7 +105,7 @@ def run(options: argparse.Namespace) -> int:
     suggestion = None
     with (
         running.stop_on_interrupt() as is_interrupted,
-        running.ProgressBar(sys.stderr) as bar,
+        running.ProgressBar() as bar,
     ):
         effects = sensitivity(
             part,
@@ -141,7 +140,7 @@ def run(options: argparse.Namespace) -> int:
         values["suggestion"] = suggestion.as_dict()
         lines[1:1] = suggestion_table(suggestion)
     lines += [f"wrote {file}" for file in written_files]
-    return running.print_answer(options, lambda: values, lambda: lines, interruption)
+    return running.print_answer(options, values, lines, interruption)
 
 
 def check_options(options: argparse.Namespace) -> None:

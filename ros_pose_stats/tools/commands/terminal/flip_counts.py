@@ -1,13 +1,16 @@
 """Flips that a cell has counted: the option `--counts`, and its file."""
 
 import argparse
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....base.errors import RequestError
+from . import arguments, running
 
 if TYPE_CHECKING:
-    from ....core.records import FlipStatistics, Index
+    from ....core.records import FlipStatistics, Index, Part
+    from ....core.simulation.request import DropRequest
 
 
 def add_counts_option(command: argparse._ActionsContainer) -> None:
@@ -48,6 +51,27 @@ def read_flips(file: str | None, pose_count: int) -> "dict[str, Index]":
                 "count some, or leave the speed out",
             )
     return flips
+
+
+def kick_from_heights(
+    part: "Part",
+    kicks: "Iterable[float]",
+    flip_request: "DropRequest",
+    should_stop: "Callable[[], bool]",
+    bar: running.ProgressBar,
+    options: argparse.Namespace,
+) -> "list[FlipStatistics]":
+    """Flips at each kick height, under a bar."""
+    from ....core.simulation import flips, request
+
+    return flips.flips_by_kick(
+        part,
+        arguments.drop_scene(options),
+        kicks,
+        flip_request,
+        request.Watch(should_stop=should_stop),
+        lambda index, total: bar.draw(index / total, f"kick {index + 1} of {total}"),
+    )
 
 
 def learn_speeds(

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 from ....base import errors, extras, files
 from .arguments import load_named_part, scene_keywords
@@ -34,11 +34,10 @@ FIRST_DRAW_SECONDS = 0.3
 
 
 class ProgressBar:
-    """A progress bar with a text; nothing is drawn unless the stream is a terminal."""
+    """A progress bar with a text, on standard error where that is a terminal."""
 
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
-        self._is_terminal = stream.isatty()
+    def __init__(self) -> None:
+        self._is_terminal = sys.stderr.isatty()
         self._line_length = 0
         self._begin = time.monotonic()
         self._next_draw = self._begin + FIRST_DRAW_SECONDS
@@ -48,8 +47,7 @@ class ProgressBar:
 
     def __exit__(self, *_: object) -> None:
         if self._line_length:
-            self._stream.write("\r" + " " * self._line_length + "\r")
-            self._stream.flush()
+            _rewrite_line(" " * self._line_length + "\r")
 
     def show(self, progress: "DropProgress") -> None:
         """Draw the state of a simulation, at most ten times a second."""
@@ -81,14 +79,14 @@ class ProgressBar:
             return
         self._next_draw = now + REDRAW_SECONDS
         line = self._line(share, text)
-        self._stream.write("\r" + line.ljust(self._line_length))
-        self._stream.flush()
+        _rewrite_line(line.ljust(self._line_length))
         self._line_length = len(line)
 
-    def _line(self, share: float, text: str) -> str:
+    @staticmethod
+    def _line(share: float, text: str) -> str:
         """Bar and text, narrower than the terminal; in a narrow one the text."""
         try:
-            columns = os.get_terminal_size(self._stream.fileno()).columns
+            columns = os.get_terminal_size(sys.stderr.fileno()).columns
         except (OSError, ValueError):
             columns = 0
         columns = columns or TERMINAL_WIDTH
@@ -97,6 +95,10 @@ class ProgressBar:
             return text[: columns - 1]
         bar = ("#" * int(share * width)).ljust(width, ".")
         return f"[{bar}] {text}"
+
+
+def _rewrite_line(line: str) -> None:
+    print(f"\r{line}", end="", file=sys.stderr, flush=True)
 
 
 def duration(seconds: float) -> str:
@@ -120,8 +122,7 @@ def end_on_interrupt() -> Iterator[None]:
     """End at once on SIGINT: callbacks of the compiler may swallow an exception."""
 
     def on_interrupt(_number: int, _frame: FrameType | None) -> None:
-        sys.stderr.write("ros_pose_stats: interrupted\n")
-        sys.stderr.flush()
+        print("ros_pose_stats: interrupted", file=sys.stderr, flush=True)
         os._exit(INTERRUPTED)
 
     if threading.current_thread() is not threading.main_thread():
@@ -158,7 +159,7 @@ def compile_missing() -> int:
 
     begin = time.monotonic()
 
-    with ProgressBar(sys.stderr) as bar:
+    with ProgressBar() as bar:
 
         def show(count: int, total: int) -> None:
             seconds = time.monotonic() - begin
@@ -234,8 +235,8 @@ def print_json(values: Any, *, interrupted: bool = False) -> None:
 
 def print_answer(
     options: argparse.Namespace,
-    values: Callable[[], dict[str, Any]],
-    lines: Callable[[], Iterable[str]],
+    values: dict[str, Any],
+    lines: Iterable[str],
     interruption: str,
 ) -> int:
     """Print an answer as JSON or in lines, and return the exit status.
@@ -243,9 +244,9 @@ def print_answer(
     `interruption`: where Ctrl-C ended the work; empty where it did not.
     """
     if options.json:
-        print_json(values(), interrupted=bool(interruption))
+        print_json(values, interrupted=bool(interruption))
     else:
-        print(*lines(), sep="\n")
+        print(*lines, sep="\n")
         if interruption:
             print(interruption)
     return INTERRUPTED if interruption else 0
@@ -277,7 +278,7 @@ def run_and_report(
     options: argparse.Namespace,
 ) -> int:
     """Run a simulation of `bound` drops under a bar and print it; the exit status."""
-    with stop_on_interrupt() as is_interrupted, ProgressBar(sys.stderr) as bar:
+    with stop_on_interrupt() as is_interrupted, ProgressBar() as bar:
         statistics = simulate(
             part,
             drops=bound,
@@ -291,14 +292,8 @@ def run_and_report(
     interruption = ""
     if is_interrupted() and statistics.drops < bound:
         interruption = f"interrupted after {statistics.drops} of {bound} drops"
-    return print_answer(
-        options,
-        statistics.as_dict,
-        lambda: [
-            report_table(statistics, part, options.each, bool(options.target_error))
-        ],
-        interruption,
-    )
+    table = report_table(statistics, part, options.each, bool(options.target_error))
+    return print_answer(options, statistics.as_dict(), [table], interruption)
 
 
 def report_table(
