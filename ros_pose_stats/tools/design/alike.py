@@ -66,24 +66,19 @@ def symmetric_steps(space: changes.DesignSpace, length: float) -> Array:
     # What is stretched along axis i is stretched along the i-th column of R: a tensor,
     # which changes of proportions hold where it is diagonal.
     tensors = np.einsum("kai,kbi->iab", rotations, rotations) / order
-    mean[3:6, 3:6] = np.where(
-        np.abs(tensors * (1.0 - np.eye(3))).max(axis=(1, 2)) < STEP_TOLERANCE, 1.0, 0.0
-    )[:, None] * np.diagonal(tensors, axis1=1, axis2=2)
+    oblique = np.abs(tensors * (1.0 - np.eye(3))).max(axis=(1, 2), keepdims=True)
+    tensors = np.where(oblique < STEP_TOLERANCE, tensors, 0.0)
+    mean[3:6, 3:6] = np.diagonal(tensors, axis1=1, axis2=2)
     np.add.at(
         mean, (np.tile(np.arange(6, count), order), images[:, 6:].ravel()), 1.0 / order
     )
     mean[np.abs(mean) < STEP_TOLERANCE] = 0.0
-    largest_entry = np.abs(mean).max(axis=1)
-    largest_feature = (np.abs(mean) > largest_entry[:, None] - TIE_TOLERANCE).argmax(
-        axis=1
-    )
-    mean /= np.where(
-        largest_entry > 0.0, mean[np.arange(count), largest_feature], np.inf
-    )[:, None]
-    is_first = (cdist(mean, mean, "chebyshev") < STEP_TOLERANCE).argmax(
-        axis=1
-    ) == np.arange(count)
-    steps = np.array([row for row in mean[is_first] if row.any()])
+    steps = mean[mean.any(axis=1)]
+    size = np.abs(steps)
+    is_largest = size > size.max(axis=1, keepdims=True) - TIE_TOLERANCE
+    steps /= np.take_along_axis(steps, is_largest.argmax(axis=1, keepdims=True), axis=1)
+    first_copy = (cdist(steps, steps, "chebyshev") < STEP_TOLERANCE).argmax(axis=1)
+    steps = steps[first_copy == np.arange(len(steps))]
     reach = np.abs(space.body.points).max(axis=0) * space.body.radius
     reach_of_step = (
         np.linalg.norm(steps[:, :3], axis=1)

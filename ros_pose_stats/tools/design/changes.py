@@ -125,9 +125,7 @@ class DesignSpace:
         center: Array = np.zeros(3)
         second = linear @ (0.5 * np.trace(inertia) * np.eye(3) - inertia) @ linear
         if values[6:].any():
-            for feature, value in zip(
-                self.features[6:], values[6:].tolist(), strict=True
-            ):
+            for feature, value in zip(self.features[6:], values[6:], strict=True):
                 distances[feature.planes] += value / self.body.radius
             corners = corners_of_planes(normals, distances, corners)
             hull = hull_of_corners(corners)
@@ -283,16 +281,9 @@ def corners_of_planes(normals: Array, distances: Array, corners_before: Array) -
 def fan_triangles(body: convex_body.ConvexBody) -> Index:
     """Triangles (T, 3) of the faces of a body, wound outward, each face a fan."""
     arrays = body.arrays
-    sizes = np.diff(arrays.face_start)
-    side = np.arange(arrays.corner.shape[0])
-    position = side - arrays.face_start[arrays.face]
-    inner_side = side[(position > 0) & (position < sizes[arrays.face] - 1)]
-    first = arrays.face_start[arrays.face[inner_side]]
-    return np.stack(
-        (
-            arrays.corner[first],
-            arrays.corner[inner_side],
-            arrays.corner[inner_side + 1],
-        ),
-        axis=1,
-    )
+    side = np.arange(len(arrays.corner))
+    first = arrays.face_start[arrays.face]
+    last = arrays.face_start[arrays.face + 1] - 1
+    inner_side = side[(first < side) & (side < last)]
+    sides = np.stack((first[inner_side], inner_side, inner_side + 1), axis=1)
+    return np.asarray(arrays.corner[sides])

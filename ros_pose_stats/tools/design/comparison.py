@@ -20,6 +20,11 @@ NO_DIFFERENCE = "none shown"
 LEVEL = 0.05  # chance that a difference is shown between variants that do not differ
 
 
+def verdict(chance: float) -> str:
+    """Whether a difference is shown, from the chance of one so large without any."""
+    return DIFFERENCE_SHOWN if chance <= LEVEL else NO_DIFFERENCE
+
+
 class ShareDifference(NamedTuple):
     """One share in two variants."""
 
@@ -39,12 +44,12 @@ class ShareDifference(NamedTuple):
     @property
     def in_model(self) -> str:
         """Whether the drops show a difference in the model, beyond their chance."""
-        return DIFFERENCE_SHOWN if self.chance <= LEVEL else NO_DIFFERENCE
+        return verdict(self.chance)
 
     @property
     def on_plate(self) -> str:
         """Whether a plate is expected to show it, beyond both errors."""
-        return DIFFERENCE_SHOWN if self.chance_on_plate <= LEVEL else NO_DIFFERENCE
+        return verdict(self.chance_on_plate)
 
     def as_dict(self) -> dict[str, Any]:
         """What JSON says of it."""
@@ -82,9 +87,8 @@ class FeederComparison(NamedTuple):
     @property
     def passes(self) -> tuple[feeding.Bounded, feeding.Bounded]:
         """Drops for each accepted part, where the others are dropped again."""
-        return feeding.passes_of(*self.share.first), feeding.passes_of(
-            *self.share.second
-        )
+        first, second = self.share[:2]
+        return feeding.passes_of(*first), feeding.passes_of(*second)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,20 +124,12 @@ class VariantComparison:
     @property
     def in_model(self) -> str:
         """Whether any share differs in the model, beyond the chance of the drops."""
-        return (
-            DIFFERENCE_SHOWN
-            if any(share.chance <= LEVEL for share in self.shares)
-            else NO_DIFFERENCE
-        )
+        return verdict(min(share.chance for share in self.shares))
 
     @property
     def on_plate(self) -> str:
         """Whether any share is expected to differ on a plate."""
-        return (
-            DIFFERENCE_SHOWN
-            if any(share.chance_on_plate <= LEVEL for share in self.shares)
-            else NO_DIFFERENCE
-        )
+        return verdict(min(share.chance_on_plate for share in self.shares))
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""

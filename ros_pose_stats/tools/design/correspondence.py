@@ -76,28 +76,15 @@ class Correspondence:
     @property
     def angle(self) -> float:
         """By how much the second variant is turned in its file, radians."""
-        return (
-            0.0
-            if self.turn is None
-            else math.acos(
-                min(1.0, max(-1.0, 0.5 * (float(np.trace(self.turn)) - 1.0)))
-            )
-        )
+        if self.turn is None:
+            return 0.0
+        cosine = 0.5 * (float(np.trace(self.turn)) - 1.0)
+        return math.acos(min(1.0, max(-1.0, cosine)))
 
     def follow(self, poses: tuple[int, ...]) -> MatchedPoses:
         """Some poses of the first variant, and what they are in the second, rising."""
-        return MatchedPoses(
-            poses,
-            tuple(
-                sorted(
-                    {
-                        int(partner)
-                        for partner in self.partner[list(poses)]
-                        if partner >= 0
-                    }
-                )
-            ),
-        )
+        partners = np.unique(self.partner[list(poses)])
+        return MatchedPoses(poses, tuple(partners[partners >= 0].tolist()))
 
 
 def find_correspondence(first: RestingPoses, second: RestingPoses) -> Correspondence:
@@ -141,10 +128,8 @@ def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, 
 
     def surface_distance(turn: Array) -> Array:
         """Distance between the surfaces once the first is turned, in radii."""
-        return np.asarray(
-            first.body.R(directions)
-            - second.body.R(directions @ turn.T)
-            * (second.body.radius / first.body.radius)
+        return first.body.R(directions) - second.body.R(directions @ turn.T) * (
+            second.body.radius / first.body.radius
         )
 
     distance = surface_distance(np.eye(3))
@@ -241,28 +226,23 @@ def _join_lookalikes(
     first: RestingPoses, second: RestingPoses, partner: Index
 ) -> tuple[MatchedPoses, ...]:
     """Join pairs whose poses are alike in both variants, and poses without partner."""
-    joined_poses: dict[tuple[int, int], tuple[list[int], list[int]]] = {}
-    for first_pose, second_pose in [
-        *enumerate(partner.tolist()),
-        *(
-            (-1, second_pose)
-            for second_pose in np.setdiff1d(range(len(second.poses)), partner).tolist()
+    partnerless = np.setdiff1d(range(len(second.poses)), partner).tolist()
+    pairs = np.array([*enumerate(partner), *((-1, pose) for pose in partnerless)])
+    # The index -1, no pose, is that of the group -1 behind the others.
+    groups = np.stack(
+        (
+            np.append(first.group, -1)[pairs[:, 0]],
+            np.append(second.group, -1)[pairs[:, 1]],
         ),
-    ]:
-        entry = joined_poses.setdefault(
-            (
-                int(first.group[first_pose]) if first_pose >= 0 else -1,
-                int(second.group[second_pose]) if second_pose >= 0 else -1,
-            ),
-            ([], []),
+        axis=1,
+    )
+    matches = []
+    for pair_of_groups in np.unique(groups, axis=0):
+        joined_pairs = pairs[(groups == pair_of_groups).all(axis=1)]
+        first_poses, second_poses = (
+            tuple(np.unique(side[side >= 0]).tolist()) for side in joined_pairs.T
         )
-        for side, index in zip(entry, (first_pose, second_pose), strict=True):
-            if index >= 0:
-                side.append(index)
-    matches = [
-        MatchedPoses(tuple(first_pose), tuple(sorted(second_pose)))
-        for first_pose, second_pose in joined_poses.values()
-    ]
+        matches.append(MatchedPoses(first_poses, second_poses))
     return tuple(
         sorted(
             matches,

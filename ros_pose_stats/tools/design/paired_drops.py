@@ -92,13 +92,12 @@ class PairedDrops:
             outcomes_by_variant.append(
                 np.concatenate([NO_OUTCOMES, *outcomes_so_far], axis=1)
             )
-        common_drops = min(row.shape[1] for row in outcomes_by_variant)
-        self.outcome, self.touched = (
-            np.concatenate(
-                (before, [row[which, :common_drops] for row in outcomes_by_variant]),
-                axis=1,
-            )
-            for which, before in enumerate((self.outcome, self.touched))
+        common_drops = min(outcomes.shape[1] for outcomes in outcomes_by_variant)
+        added = np.stack(
+            [outcomes[:, :common_drops] for outcomes in outcomes_by_variant], axis=1
+        )
+        self.outcome, self.touched = np.concatenate(
+            ((self.outcome, self.touched), added), axis=2
         )
 
     def _drop(self, variant: int, drops: int) -> Iterator[motions.DropOutcomes]:

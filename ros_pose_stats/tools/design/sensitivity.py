@@ -279,9 +279,7 @@ def sensitivity(
         effect = effects[number]
         outcomes = model.drop(
             [space.change_feature(effect.number, step) for step in (0.0, effect.step)],
-            request.drops,
-            request.seed,
-            request.workers,
+            request,
             report,
             should_stop,
             first_drop,
@@ -357,4 +355,4 @@ def _find_effects(
     rank = tolerances.number_equal(
         [-abs(effect.change) for effect in effects], SAME_CHANGE
     )
-    return [effects[k] for k in sorted(range(len(effects)), key=rank.__getitem__)]
+    return [effects[k] for k in np.argsort(rank, kind="stable")]

@@ -8,6 +8,7 @@ import numpy as np
 from ...core.estimators import ESTIMATORS, expected
 from ...core.records import Index, Mask
 from ...core.resting.poses import RestingPoses, bare_poses
+from ...core.simulation.request import DropRequest
 from ...core.statistics import errors, feeding
 from . import changes, paired_drops
 
@@ -68,11 +69,9 @@ class WantedShare:
     def drop(
         self,
         changed_parts: Sequence[changes.ChangedPart],
-        drops: int,
-        seed: int,
-        workers: int,
-        on_progress: Callable[[int], object] = lambda done: None,
-        should_stop: Callable[[], bool] = lambda: False,
+        request: DropRequest,
+        on_progress: Callable[[int], object],
+        should_stop: Callable[[], bool],
         first: int = 0,
     ) -> Mask:
         """Whether changed parts (V, n), dropped from the same starts, rest as wanted.
@@ -83,12 +82,12 @@ class WantedShare:
         pairs = paired_drops.PairedDrops(
             [part.part for part in changed_parts],
             self.scene,
-            seed,
-            workers,
+            request.seed,
+            request.workers,
             should_stop,
             first=first,
         )
-        pairs.drop_until(drops, on_progress)
+        pairs.drop_until(request.drops, on_progress)
         return np.array(
             [
                 pairs.is_in(
@@ -104,7 +103,7 @@ class WantedShare:
     def _is_accepted(self, resting: RestingPoses, origin: Index) -> Mask:
         """Which poses (P,) of a changed part are wanted."""
         old_poses = self._poses_before(resting, origin)
-        return np.asarray((old_poses >= 0) & self.is_wanted[old_poses])
+        return (old_poses >= 0) & self.is_wanted[old_poses]
 
     def _poses_before(self, resting: RestingPoses, origin: Index) -> Index:
         """Old pose that each pose (P,) of a changed part is; -1 for a new one."""
@@ -120,4 +119,4 @@ class WantedShare:
             old_poses[candidates[(downs[candidates] @ self._downs[pose]).argmax()]] = (
                 pose
             )
-        return np.asarray(old_poses)
+        return old_poses

@@ -181,9 +181,7 @@ def suggest(
     ]
     dropped = model.drop(
         parts,
-        request.drops,
-        request.seed,
-        request.workers,
+        request,
         lambda drops_done: on_progress(
             0.5 + 0.5 * drops_done / (request.drops * len(parts))
         ),
@@ -254,7 +252,7 @@ def _find_steps(
         rank = tolerances.number_equal(
             [-gain for gain in gains], sensitivity.SAME_CHANGE
         )
-        order = sorted(range(len(candidates)), key=rank.__getitem__)
+        order = np.argsort(rank, kind="stable").tolist()
         best = order[0]
         if gains[best] < LEAST_GAIN:
             break
