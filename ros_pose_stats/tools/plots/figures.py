@@ -175,30 +175,11 @@ def write_mp4(file: Path, pictures: Iterable[Picture], rate: int) -> None:
     frames = iter(pictures)
     first = next(frames)
     size = f"{first.shape[1]}x{first.shape[0]}"
-    command = [
-        ffmpeg(),
-        "-loglevel",
-        "error",
-        "-y",
-        "-f",
-        "rawvideo",
-        "-pix_fmt",
-        "rgb24",
-        "-s",
-        size,
-        "-r",
-        str(rate),
-        "-i",
-        "-",
-        "-an",
-        "-c:v",
-        "libx264",
-        "-pix_fmt",
-        "yuv420p",
-        "-movflags",
-        "+faststart",
-        str(file),
-    ]
+    options = (
+        f"-loglevel error -y -f rawvideo -pix_fmt rgb24 -s {size} -r {rate} -i - "
+        "-an -c:v libx264 -pix_fmt yuv420p -movflags +faststart"
+    )
+    command = [ffmpeg(), *options.split(), str(file)]
     data = b"".join(picture.tobytes() for picture in chain([first], frames))
     encoding = subprocess.run(command, input=data, capture_output=True, check=False)
     if encoding.returncode != 0:

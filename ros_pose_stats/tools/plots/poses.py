@@ -98,7 +98,7 @@ def pose_pictures(
 ) -> list[Picture]:
     """Pictures of a part of a radius (metres) on the plate, at one scale."""
     triangles = decimation.visible_triangles(part) - part.center_of_mass
-    placed = [_place(triangles, _rotation(pose), pose) for pose in poses]
+    placed = [_place(triangles, _rotation(pose.orientation), pose) for pose in poses]
     view = resting_view(placed, radius, pixels)
     return [rendered(resting, view) for resting in placed]
 
@@ -121,8 +121,8 @@ def resting_view(placed: Sequence[Array], radius: float, pixels: int) -> View:
     return sample._replace(center=middle, pixels=(pixels, height))
 
 
-def _rotation(pose: StablePose) -> Array:
-    return np.asarray(vectors.rotation_matrices(pose.orientation[None, :])[0])
+def _rotation(quaternion: Array) -> Array:
+    return np.asarray(vectors.rotation_matrices(quaternion[None, :])[0])
 
 
 def _place(triangles: Array, rotation: Array, pose: StablePose) -> Array:
@@ -154,10 +154,10 @@ def pictures_beside(
         first_placed = None
         second_placed = None
         if first_pose is not None:
-            rotation = _rotation(first_pose)
+            rotation = _rotation(first_pose.orientation)
             first_placed = _place(first, rotation, first_pose)
         if second_pose is not None:
-            second_rotation = _rotation(second_pose)
+            second_rotation = _rotation(second_pose.orientation)
             if first_pose is not None:
                 # The smallest turn of the first that lays the second on its own face.
                 down = first_turn @ second_pose.down
@@ -182,7 +182,7 @@ def _smallest_turn(source: Array, target: Array) -> Array:
         axis = np.eye(3)[int(np.abs(source).argmin())]
         quaternion = np.append(np.cross(source, axis), 0.0)
     quaternion /= np.linalg.norm(quaternion)
-    return np.asarray(vectors.rotation_matrices(quaternion[None, :])[0])
+    return _rotation(quaternion)
 
 
 SMALL_PIXELS = 176  # pixels across: twice those that a table shows, for fine screens

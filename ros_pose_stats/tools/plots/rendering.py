@@ -189,29 +189,23 @@ def _spans(
     corners: Array, width: int, height: int
 ) -> tuple[Index, Index, Index, Index]:
     """Triangle, row, first column and end of every covered stretch of pixels."""
-    low = np.clip(np.ceil(corners[:, :, 1].min(axis=1) - 0.5), 0, height).astype(
-        np.int64
-    )
-    top = np.clip(np.ceil(corners[:, :, 1].max(axis=1) - 0.5), 0, height).astype(
-        np.int64
-    )
+    low = _first_pixel(corners[:, :, 1].min(axis=1), height)
+    top = _first_pixel(corners[:, :, 1].max(axis=1), height)
     rows = top - low
     owner = np.repeat(np.arange(len(corners)), rows)
     y = low[owner] + np.arange(len(owner)) - np.repeat(np.cumsum(rows) - rows, rows)
-    first_x = np.full(len(owner), np.inf)
-    last_x = np.full(len(owner), -np.inf)
-    for k in range(3):
-        p = corners[owner, k, :2]
-        q = corners[owner, (k + 1) % 3, :2]
-        crosses = (p[:, 1] <= y + 0.5) != (q[:, 1] <= y + 0.5)
-        share = (y + 0.5 - p[:, 1])[crosses] / (q[:, 1] - p[:, 1])[crosses]
-        x = p[crosses, 0] + share * (q[:, 0] - p[:, 0])[crosses]
-        first_x[crosses] = np.minimum(first_x[crosses], x)
-        last_x[crosses] = np.maximum(last_x[crosses], x)
-    begin = np.clip(
-        np.ceil(np.clip(first_x, -1.0, width + 1.0) - 0.5), 0, width
-    ).astype(np.int64)
-    end = np.clip(np.ceil(np.clip(last_x, -1.0, width + 1.0) - 0.5), 0, width).astype(
-        np.int64
-    )
+    # Where the middle of the row crosses the three sides, (n, 3).
+    p_x, p_y = np.moveaxis(corners[owner, :, :2], 2, 0)
+    q_x, q_y = np.roll((p_x, p_y), -1, axis=2)
+    middle = y[:, None] + 0.5
+    crosses = (p_y <= middle) != (q_y <= middle)
+    share = np.divide(middle - p_y, q_y - p_y, np.zeros(p_y.shape), where=crosses)
+    x = p_x + share * (q_x - p_x)
+    begin = _first_pixel(np.where(crosses, x, np.inf).min(axis=1), width)
+    end = _first_pixel(np.where(crosses, x, -np.inf).max(axis=1), width)
     return owner, y, begin, np.maximum(end, begin)
+
+
+def _first_pixel(position: Array, limit: int) -> Index:
+    """First pixel whose middle lies behind a position, from 0 to a limit."""
+    return np.clip(np.ceil(position - 0.5), 0, limit).astype(np.int64)

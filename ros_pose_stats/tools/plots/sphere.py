@@ -1,6 +1,7 @@
 """The sphere of poses: contours, basins (Fig. 1C), reachable sets (Eq. 7)."""
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps, rc_context
@@ -155,6 +156,28 @@ SIDES = ("around the part's -z", "around the part's +z")
 MOST_MARKS = 40  # most saddles or peaks that are marked; more would cover the map
 MOST_LABELS = 60  # most poses that are numbered, the lowest ones
 
+PEAK: dict[str, Any] = {
+    "marker": "^",
+    "markersize": 4.5,
+    "color": "#000000",
+    "markeredgecolor": "#ffffff",
+    "markeredgewidth": 0.5,
+    "label": "maximum (balanced)",
+}
+SADDLE_RIM: dict[str, Any] = {
+    "marker": "x",
+    "markersize": 6.0,
+    "color": "#ffffff",
+    "markeredgewidth": 3.0,
+}
+SADDLE: dict[str, Any] = {
+    **SADDLE_RIM,
+    "color": "#d7301f",
+    "markeredgewidth": 1.5,
+    "label": "saddle of the splitting graph",
+}
+"""Red crosses with a white rim."""
+
 FEW = 20
 NAMED = 3
 """A label names up to three poses; where a part has more poses than this, it names the
@@ -229,9 +252,10 @@ def draw_marks(
     if root is not None:
         saddles = [node.saddle for node in root.walk() if node.saddle is not None]
         if len(sphere.peaks) <= MOST_MARKS:
-            _draw_peaks(row, sphere.peaks)
+            _draw_symbols(row, sphere.peaks, **PEAK)
         if len(saddles) <= MOST_MARKS:
-            _draw_saddles(row, np.array(saddles).reshape(-1, 3))
+            for style in (SADDLE_RIM, SADDLE):
+                _draw_symbols(row, np.array(saddles).reshape(-1, 3), **style)
     limit = NAMED if len(sphere.downs) <= FEW else 1
     for hemisphere, position, numbers in _labels(sphere.downs):
         text = ",".join(map(str, numbers[:limit])) + (
@@ -254,51 +278,13 @@ def draw_marks(
         )
 
 
-def _draw_peaks(row: Sequence[Axes], directions: Array) -> None:
-    for axes, points in zip(row, _points_of(directions), strict=True):
+def _draw_symbols(row: Sequence[Axes], directions: Array, **style: Any) -> None:
+    """A symbol at each direction (k, 3), on the disc of its hemisphere."""
+    hemisphere, positions = pose_sphere.on_map(directions)
+    for number, axes in enumerate(row):
+        points = positions[hemisphere == number]
         if len(points):
-            axes.plot(
-                *points.T,
-                linestyle="none",
-                marker="^",
-                markersize=4.5,
-                color="#000000",
-                markeredgecolor="#ffffff",
-                markeredgewidth=0.5,
-                zorder=4,
-                label="maximum (balanced)",
-            )
-
-
-def _draw_saddles(row: Sequence[Axes], directions: Array) -> None:
-    """Red crosses with a white rim."""
-    for axes, points in zip(row, _points_of(directions), strict=True):
-        if len(points):
-            axes.plot(
-                *points.T,
-                linestyle="none",
-                marker="x",
-                markersize=6.0,
-                color="#ffffff",
-                markeredgewidth=3.0,
-                zorder=4,
-            )
-            axes.plot(
-                *points.T,
-                linestyle="none",
-                marker="x",
-                markersize=6.0,
-                color="#d7301f",
-                markeredgewidth=1.5,
-                zorder=4,
-                label="saddle of the splitting graph",
-            )
-
-
-def _points_of(directions: Array) -> list[Array]:
-    """Points (n, 2) on both discs."""
-    hemisphere, points = pose_sphere.on_map(directions)
-    return [points[hemisphere == number] for number in range(2)]
+            axes.plot(*points.T, linestyle="none", zorder=4, **style)
 
 
 def _labels(downs: Array) -> Iterator[tuple[int, tuple[float, float], list[int]]]:
@@ -314,11 +300,8 @@ def _labels(downs: Array) -> Iterator[tuple[int, tuple[float, float], list[int]]
             if hemisphere[pose] == hemisphere[first]
             and (np.abs(positions[pose] - positions[first]) < reach).all()
         ]
-        yield (
-            int(hemisphere[first]),
-            (float(positions[first, 0]), float(positions[first, 1])),
-            covered,
-        )
+        x, y = positions[first].tolist()
+        yield int(hemisphere[first]), (x, y), covered
         unlabelled = [pose for pose in unlabelled if pose not in covered]
 
 

@@ -265,20 +265,16 @@ def place_branches(
     )
     levels = levels[np.diff(levels, append=np.inf) > SAME_LEVEL * levels]
     lowest = min(heights.values())
-    scale = 1.0
-    shares = levels - lowest
-    positions = shares
-    if len(levels):
-        scale = max(float(levels[-1]) - lowest, 1e-12)
-        shares = shares / scale
-        positions = separate(shares, min(GAP, 0.9 / (len(levels) + 1)), low=DROP)
+    scale = max(levels.max(initial=lowest) - lowest, 1e-12)
+    shares = (levels - lowest) / scale
+    positions = separate(shares, min(GAP, 0.9 / (len(levels) + 1)), low=DROP)
     page = (np.append(0.0, shares), np.append(0.0, positions))
 
     def lower(branch: Branch, ceiling: float) -> None:
         level = branch.node.level
         if not branch.parts:
             level = heights[lowest_pose(branch, heights)]
-        height = float(np.interp((float(level or 0.0) - lowest) / scale, *page))
+        height = float(np.interp(((level or 0.0) - lowest) / scale, *page))
         branch.y = height if branch.parts else min(height, ceiling - DROP)
         for part in branch.parts:
             lower(part, branch.y)

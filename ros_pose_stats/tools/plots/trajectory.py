@@ -104,9 +104,7 @@ def draw_energy(
     level_heights = np.array(
         [(np.log(1e3 * level) - low) / (high - low) for level, _ in levels]
     )
-    label_heights = (
-        separate(level_heights, 0.052, 0.0, 1.0) if len(levels) else level_heights
-    )
+    label_heights = separate(level_heights, 0.052, 0.0, 1.0)
     for number, (level, poses) in enumerate(levels):
         axes.axhline(
             1e3 * level, color=REFERENCE, linewidth=0.8, linestyle="--", zorder=1
