@@ -2,12 +2,13 @@
 
 import asyncio
 import logging
+import math
 import time
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Generic
 
@@ -76,40 +77,34 @@ def work_on_cluster(
             )
 
 
+@dataclass
 class _Run(Generic[Piece, Made]):
     """The state of a run on a cluster: lost pieces, and the time without workers."""
 
-    def __init__(
-        self,
-        client: Client,
-        address: str,
-        work: ClusterWork[Piece, Made],
-        worker_seconds: float,
-    ) -> None:
-        self._client = client
-        self._address = address
-        self._work = work
-        self._worker_seconds = worker_seconds
-        self._losses: Counter[Piece] = Counter()
-        self._last_worker = time.monotonic()
-        self._last_look = -LOOK_SECONDS
-        self._threads = 0
+    client: Client
+    address: str
+    work: ClusterWork[Piece, Made]
+    worker_seconds: float  # longest without any worker
+    losses: Counter[Piece] = field(default_factory=Counter)
+    last_worker: float = field(default_factory=time.monotonic)
+    last_look: float = -math.inf
+    threads: int = 0  # of all workers, at the last look
 
     def receive(self, future: Future[Made], piece: Piece) -> Made | None:
         """Take what was made of a piece; None where it was lost with its worker."""
         try:
             return future.result()
         except KilledWorker as error:
-            self._losses[piece] += 1
-            if self._losses[piece] <= LOSSES:
+            self.losses[piece] += 1
+            if self.losses[piece] <= LOSSES:
                 return None
-            if self._work.stand_in is None:
+            if self.work.stand_in is None:
                 raise _failed(error) from error
-            return self._work.stand_in(piece)
+            return self.work.stand_in(piece)
         except CancelledError as error:
             raise BatchError(
                 "a scheduler that stays",
-                f"{self._address} gone",
+                f"{self.address} gone",
                 "start it again; the same command then goes on from here",
             ) from error
         except Exception as error:
@@ -117,21 +112,21 @@ class _Run(Generic[Piece, Made]):
 
     def in_hand(self) -> int:
         """Most pieces that are handed out at a time."""
-        return self._work.in_hand(self._threads)
+        return self.work.in_hand(self.threads)
 
     def is_over(self, should_stop: Callable[[], bool]) -> bool:
         """Ask whether to stop, and give up where there is no worker for too long."""
         instant = time.monotonic()
-        if instant >= self._last_look + LOOK_SECONDS:
-            self._last_look = instant
-            self._threads = _count_threads(self._client)
-            if self._threads:
-                self._last_worker = instant
-            elif instant > self._last_worker + self._worker_seconds:
+        if instant >= self.last_look + LOOK_SECONDS:
+            self.last_look = instant
+            self.threads = _count_threads(self.client)
+            if self.threads:
+                self.last_worker = instant
+            elif instant > self.last_worker + self.worker_seconds:
                 raise BatchError(
                     "a worker at the scheduler",
-                    f"none at {self._address}",
-                    f"start one with `dask worker {self._address}` where this package is "
+                    f"none at {self.address}",
+                    f"start one with `dask worker {self.address}` where this package is "
                     "installed; the same command then goes on from here",
                 )
         return should_stop()

@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Callable, Generator, Hashable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
 from ...base.errors import BatchError
@@ -73,47 +74,43 @@ def work_in_processes(
         pool.shutdown()
 
 
+@dataclass
 class _Lanes(Generic[Piece, Made]):
     """A process for each thread that asks."""
 
-    def __init__(
-        self,
-        call: Callable[[WorkerProcess, Piece], Made],
-        stand_in: Callable[[Piece, ProcessDiedError], Made],
-    ) -> None:
-        self._call = call
-        self._stand_in = stand_in
-        self._processes: dict[int, WorkerProcess] = {}
-        self._ended = False
-        self._lock = threading.Lock()
+    call: Callable[[WorkerProcess, Piece], Made]
+    stand_in: Callable[[Piece, ProcessDiedError], Made]
+    processes: dict[int, WorkerProcess] = field(default_factory=dict)
+    has_ended: bool = False
+    lock: threading.Lock = field(default_factory=threading.Lock)
 
     def do(self, piece: Piece) -> Made:
         """Have a piece done, in a new process if the first one died."""
         died = ProcessDiedError()
         for _ in range(TRIES):
             try:
-                return self._call(self._process(), piece)
+                return self.call(self._process(), piece)
             except ProcessDiedError as error:
                 died = error
-                self._processes.pop(threading.get_ident()).kill()
-                if self._ended or isinstance(error, TookLongError):
+                self.processes.pop(threading.get_ident()).kill()
+                if self.has_ended or isinstance(error, TookLongError):
                     break
-        return self._stand_in(piece, died)
+        return self.stand_in(piece, died)
 
     def end(self) -> None:
         """Kill all processes; no others are started."""
-        with self._lock:
-            self._ended = True
-            for process in list(self._processes.values()):
+        with self.lock:
+            self.has_ended = True
+            for process in list(self.processes.values()):
                 process.kill()
 
     def _process(self) -> WorkerProcess:
-        process = self._processes.get(threading.get_ident())
+        process = self.processes.get(threading.get_ident())
         if process is None:
             process = WorkerProcess()
-            self._processes[threading.get_ident()] = process
-        with self._lock:
-            if self._ended:
+            self.processes[threading.get_ident()] = process
+        with self.lock:
+            if self.has_ended:
                 process.kill()
                 raise BatchError("work that goes on", "the end of it", "start it again")
         return process

@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 from ...base import errors, files, worker
 from ...core.simulation.request import check_workers
@@ -26,10 +26,8 @@ Piece = tuple[PartFile, bool]
 """A file, and whether the part is to be dropped where its estimate is not sure
 enough."""
 
-Maker = Callable[
-    [CatalogueRequest, Sequence[Piece], Callable[[], bool]],
-    Generator[tuple[Piece, Described], None, None],
-]
+Answers = Generator[tuple[Piece, Described], None, None]
+Maker = Callable[[CatalogueRequest, Sequence[Piece], Callable[[], bool]], Answers]
 """Makes pieces and yields each when it is done, until told to stop."""
 
 
@@ -96,13 +94,13 @@ def make_catalogue(
     ):
         for written_to in (folder, folder / CHUNKS):
             files.remove_unfinished(written_to)
-        run = _Run(folder, parts, store, on_progress)
+        run = _Run(folder, parts, request, store, maker, on_progress, should_stop)
         new_parts = run.parts_without_row()
-        run.collect(new_parts, False, partial(maker, request), should_stop)
+        run.collect(new_parts, dropping=False)
         if run.unsure_parts() and not should_stop():
-            run.write(request, parquet)  # to be looked at while parts are dropped
-            run.collect(run.unsure_parts(), True, partial(maker, request), should_stop)
-        tables, tally_of_rows = run.write(request, parquet)
+            run.write(parquet)  # to be looked at while parts are dropped
+            run.collect(run.unsure_parts(), dropping=True)
+        tables, tally_of_rows = run.write(parquet)
         names = run.names_with_row()
         return Catalogue(
             folder,
@@ -117,26 +115,22 @@ def make_catalogue(
         )
 
 
-class _Run:
+class _Run(NamedTuple):
     """A run in a folder."""
 
-    def __init__(
-        self,
-        folder: Path,
-        parts: Sequence[PartFile],
-        store: RowStore,
-        on_progress: Callable[[CatalogueProgress], object],
-    ) -> None:
-        self._folder = folder
-        self._parts = parts
-        self._store = store
-        self._on_progress = on_progress
+    folder: Path
+    parts: Sequence[PartFile]
+    request: CatalogueRequest
+    store: RowStore
+    maker: Maker
+    on_progress: Callable[[CatalogueProgress], object]
+    should_stop: Callable[[], bool]
 
     def parts_without_row(self) -> list[PartFile]:
         """Files without a row of what they hold now, or refused: that may go well."""
         return [
             part
-            for part in self._parts
+            for part in self.parts
             if (entry := self._entry(part)) is None or entry.refused
         ]
 
@@ -144,77 +138,60 @@ class _Run:
         """Files whose rows are estimates that are not sure enough."""
         return [
             part
-            for part in self._parts
+            for part in self.parts
             if (entry := self._entry(part)) is not None and entry.to_be_dropped
         ]
 
-    def collect(
-        self,
-        parts: Sequence[PartFile],
-        dropping: bool,
-        make: Callable[..., Generator[tuple[Piece, Described], None, None]],
-        should_stop: Callable[[], bool],
-    ) -> None:
+    def collect(self, parts: Sequence[PartFile], dropping: bool) -> None:
         """Have parts made and keep them as they come."""
         begin = time.monotonic()
-        bound = len(self._parts)
-        earlier = done = bound - len(parts)
-        self._on_progress(CatalogueProgress(done, bound, earlier, dropping, 0.0))
-        with closing(
-            make([(part, dropping) for part in parts], should_stop)
-        ) as answers:
-            for (part, _), described in answers:
-                self._store.keep(part, described, self._keep_picture(described))
-                done += 1
-                self._on_progress(
-                    CatalogueProgress(
-                        done, bound, earlier, dropping, time.monotonic() - begin
-                    )
+        bound = len(self.parts)
+        earlier = bound - len(parts)
+        self.on_progress(CatalogueProgress(earlier, bound, earlier, dropping, 0.0))
+        pieces = [(part, dropping) for part in parts]
+        with closing(self.maker(self.request, pieces, self.should_stop)) as answers:
+            for done, ((part, _), described) in enumerate(answers, start=earlier + 1):
+                self.store.keep(part, described, self._keep_picture(described))
+                seconds = time.monotonic() - begin
+                self.on_progress(
+                    CatalogueProgress(done, bound, earlier, dropping, seconds)
                 )
-        self._store.sync()
+        self.store.sync()
 
     def names_with_row(self) -> list[str]:
         """Names of the files that have a row."""
-        return [part.name for part in self._parts if self._entry(part) is not None]
+        return [part.name for part in self.parts if self._entry(part) is not None]
 
-    def write(
-        self, request: CatalogueRequest, parquet: bool
-    ) -> tuple[list[Path], Tally]:
+    def write(self, parquet: bool) -> tuple[list[Path], Tally]:
         """Write tables and page of what is there, and count what it comes to."""
         names = self.names_with_row()
 
         def rows() -> Iterator[Row]:
-            return map(self._store.row, names)
+            return map(self.store.row, names)
 
-        tables = write_tables(self._folder, rows, parquet)
+        tables = write_tables(self.folder, rows, parquet)
         tally_of_rows = tally(rows())
         state = PageState(
-            len(names), len(self._parts), len(self.unsure_parts()), tally_of_rows
+            len(names), len(self.parts), len(self.unsure_parts()), tally_of_rows
         )
-        write_page(
-            self._folder,
-            request,
-            state,
-            (
-                (self._store.row(name), entry.picture)
-                for name in names
-                if (entry := self._store.entry(name)) is not None
-            ),
+        pictures = (
+            entry.picture
+            for name in names
+            if (entry := self.store.entry(name)) is not None
         )
+        write_page(self.folder, self.request, state, zip(rows(), pictures, strict=True))
         return tables, tally_of_rows
 
     def _entry(self, part: PartFile) -> Entry | None:
         """The entry of a file as it is now; None without a row or its picture."""
-        entry = self._store.entry(part.name)
+        entry = self.store.entry(part.name)
         if entry is None or entry.part != part:
             return None
-        if entry.picture:
-            try:
-                is_whole = (self._folder / entry.picture).stat().st_size > 0
-            except OSError:
+        try:
+            if entry.picture and not (self.folder / entry.picture).stat().st_size:
                 return None
-            if not is_whole:
-                return None
+        except OSError:
+            return None
         return entry
 
     def _keep_picture(self, described: Described) -> str:
@@ -223,9 +200,10 @@ class _Run:
             return ""
         digest: str = described.row["part_digest"]
         name = f"{PICTURES}/{digest[:2]}/{digest[:16]}.png"
-        with needing_room("the pictures", self._folder / name):
-            (self._folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (self._folder / name).write_bytes(described.picture)
+        file = self.folder / name
+        with needing_room("the pictures", file):
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(described.picture)
         return name
 
 
@@ -251,7 +229,7 @@ def on_processes(workers: int | None = None) -> Maker:
         request: CatalogueRequest,
         pieces: Sequence[Piece],
         should_stop: Callable[[], bool],
-    ) -> Generator[tuple[Piece, Described], None, None]:
+    ) -> Answers:
         return processes.work_in_processes(
             count,
             lambda process, piece: describe_within_limit(
@@ -323,7 +301,7 @@ def on_cluster(address: str) -> Maker:
         request: CatalogueRequest,
         pieces: Sequence[Piece],
         should_stop: Callable[[], bool],
-    ) -> Generator[tuple[Piece, Described], None, None]:
+    ) -> Answers:
         work: ClusterWork[Bundle, list[Described]] = ClusterWork(
             describe_bundle,
             lambda bundle: (

@@ -196,7 +196,6 @@ def footprint(outline: Array) -> tuple[float, float]:
     width = np.ptp(outline @ perpendicular.T, axis=0)
     # About a triangle all three have one area but for rounding: then the narrowest.
     slenderness = np.minimum(extent, width) / np.maximum(extent, width)
-    smallest = int(np.argmin(extent * width * (1.0 + 1e-9 * slenderness)))
-    return float(max(extent[smallest], width[smallest])), float(
-        min(extent[smallest], width[smallest])
-    )
+    smallest = np.argmin(extent * width * (1.0 + 1e-9 * slenderness))
+    shorter, longer = sorted((float(extent[smallest]), float(width[smallest])))
+    return longer, shorter

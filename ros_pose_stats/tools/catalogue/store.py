@@ -6,7 +6,7 @@ import sqlite3
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -85,35 +85,26 @@ class RowStore:
 
     def entry(self, name: str) -> Entry | None:
         """What is known of a file; None where it has no row."""
-        with (
-            self._refusing(),
-            closing(
-                self._rows.execute(
-                    "SELECT bytes, mtime_ns, picture, to_be_dropped, refused FROM parts "
-                    "WHERE name = ?",
-                    (os.fsencode(name),),
-                )
-            ) as rows,
-        ):
-            columns = rows.fetchone()
-        if columns is None:
+        with self._refusing():
+            rows = self._rows.execute(
+                "SELECT bytes, mtime_ns, picture, to_be_dropped, refused FROM parts "
+                "WHERE name = ?",
+                (os.fsencode(name),),
+            ).fetchall()
+        if not rows:
             return None
-        size, mtime, picture, to_be_dropped, refused = columns
+        size, mtime, picture, to_be_dropped, refused = rows[0]
         return Entry(
             PartFile(name, size, mtime), picture, bool(to_be_dropped), bool(refused)
         )
 
     def row(self, name: str) -> Row:
         """The row of a file that has one."""
-        with (
-            self._refusing(),
-            closing(
-                self._rows.execute(
-                    "SELECT row FROM parts WHERE name = ?", (os.fsencode(name),)
-                )
-            ) as rows,
-        ):
-            row: Row = json.loads(rows.fetchone()[0])
+        with self._refusing():
+            ((columns,),) = self._rows.execute(
+                "SELECT row FROM parts WHERE name = ?", (os.fsencode(name),)
+            ).fetchall()
+        row: Row = json.loads(columns)
         return row
 
     @contextmanager
