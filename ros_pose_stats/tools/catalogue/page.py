@@ -136,20 +136,26 @@ def _page_row(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list
         row["distinct_poses"],
         row["method"],
         row["drops"],
-        _short(row["expected_error"]),
-        _short(row["largest_error"]),
-        *(_short(row[f"best_share{end}"]) for end in BOUNDS),
-        _short(row["entropy_bits"]),
-        *(_short(row[f"passes{end}"]) for end in BOUNDS),
-        _millimetres(row["footprint_length_m"]),
-        _millimetres(row["footprint_width_m"]),
-        _millimetres(row["top_m"]),
+        *(_short(row[name]) for name in NUMBERS),
+        *(_millimetres(row[name]) for name in SIZES),
         row["warnings"],
         _groups(row["poses"]),
     ]
 
 
-BOUNDS = ("", "_low", "_high")
+NUMBERS = (
+    "expected_error",
+    "largest_error",
+    "best_share",
+    "best_share_low",
+    "best_share_high",
+    "entropy_bits",
+    "passes",
+    "passes_low",
+    "passes_high",
+)
+SHARES = ("group_share", "group_share_low", "group_share_high")
+SIZES = ("footprint_length_m", "footprint_width_m", "top_m")
 
 
 def _groups(poses: Sequence[rows.Row]) -> list[list[Any]]:
@@ -158,24 +164,19 @@ def _groups(poses: Sequence[rows.Row]) -> list[list[Any]]:
     return [
         [
             text.ranges([pose["pose"] for pose in group]),
-            *(_short(group[0][f"group_share{end}"]) for end in BOUNDS),
-            _millimetres(group[0]["footprint_length_m"]),
-            _millimetres(group[0]["footprint_width_m"]),
-            _millimetres(group[0]["top_m"]),
-            _short(
-                min(
-                    (
-                        math.degrees(pose["margin_rad"])
-                        for pose in group
-                        if pose["margin_rad"] is not None
-                    ),
-                    default=None,
-                )
-            ),
+            *(_short(group[0][name]) for name in SHARES),
+            *(_millimetres(group[0][name]) for name in SIZES),
+            _short(min(_margins(group), default=None)),
             int(group[0]["rolls"]),
         ]
         for group in islice(alike, GROUPS)
     ]
+
+
+def _margins(poses: Sequence[rows.Row]) -> list[float]:
+    """In degrees, as far as they are known."""
+    margins = [pose["margin_rad"] for pose in poses]
+    return [math.degrees(margin) for margin in margins if margin is not None]
 
 
 def _millimetres(metres: float) -> float | None:

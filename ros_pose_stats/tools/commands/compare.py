@@ -2,6 +2,7 @@
 
 import argparse
 import shlex
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -148,30 +149,27 @@ def load_variants(options: argparse.Namespace) -> "list[Part]":
     from ...core.mesh.parts import load_part
 
     centers = options.com or [None]
-    if len(centers) not in (1, len(options.parts)):
+    if len(centers) == 1:
+        centers *= len(options.parts)
+    if len(centers) != len(options.parts):
         raise RequestError(
             f"--com once, or once for each of {len(options.parts)} variants",
             f"{len(centers)} times",
             "repeat it in the order of the files",
         )
-    if len(centers) == 1:
-        centers *= len(options.parts)
     paths = [Path(file) for file in options.parts]
-    stems = {path: path.stem for path in paths}
-    variants = []
-    for file, path, center in zip(options.parts, paths, centers, strict=True):
-        # Parts of equal names go by their whole paths.
-        is_unique = list(stems.values()).count(path.stem) == 1
-        variants.append(
-            load_part(
-                file,
-                options.unit,
-                center,
-                part_id=path.stem if is_unique else str(path),
-                unless_declared=True,
-            )
+    stems = Counter(path.stem for path in set(paths))
+    return [
+        load_part(
+            file,
+            options.unit,
+            center,
+            # Parts of equal names go by their whole paths.
+            part_id=path.stem if stems[path.stem] == 1 else str(path),
+            unless_declared=True,
         )
-    return variants
+        for file, path, center in zip(options.parts, paths, centers, strict=True)
+    ]
 
 
 def command_to_reproduce(options: argparse.Namespace, comparison: "Comparison") -> str:

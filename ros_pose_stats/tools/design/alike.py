@@ -1,6 +1,6 @@
 """Features that a part's rotations carry into each other, and symmetric steps."""
 
-from functools import lru_cache, partial
+from functools import cache, partial
 
 import numpy as np
 from scipy.spatial.distance import cdist
@@ -95,7 +95,7 @@ def proper_rotations(space: changes.DesignSpace) -> Array:
     if equilibria.order.shape[0] > symmetry.MOST_FACES:
         return identity[None]
     kind = symmetry.kinds_of(equilibria)
-    frames = lru_cache(maxsize=None)(partial(symmetry.frame_of, equilibria))
+    frames = cache(partial(symmetry.frame_of, equilibria))
     trial = symmetry.SurfaceTrial(space.part, equilibria.body)
     # Each rotation takes a stable face to one of its kind, so those of the rarest tell
     # them all.

@@ -12,6 +12,7 @@ import math
 import time
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
+from itertools import chain, islice
 from typing import NamedTuple
 
 import numpy as np
@@ -132,11 +133,16 @@ def compare(
         correspondence.find_correspondence(resting[0], variant)
         for variant in resting[1:]
     ]
-    tests = _ShareTests(
-        [_tested_poses(match, accepted_poses) for match in matches],
-        bool(accepted_poses),
-        plate_error,
-    )
+    accepted_matches = [match.follow(accepted_poses) for match in matches]
+    accepted_by_variant = [
+        accepted_poses,
+        *(poses.second for poses in accepted_matches),
+    ]
+    tested_poses = [list(match.matches) for match in matches]
+    if accepted_poses:
+        for poses, accepted in zip(tested_poses, accepted_matches, strict=True):
+            poses.append(accepted)
+    tests = _ShareTests(tested_poses, bool(accepted_poses), plate_error)
 
     turns = [None, *(match.turn for match in matches)]
     judged_drops, fresh_drops = (
@@ -176,10 +182,6 @@ def compare(
         ]
         variants.append(_compare_variant(number, match, accepted_poses, shares))
 
-    accepted_by_variant = [
-        accepted_poses,
-        *(match.follow(accepted_poses).second for match in matches),
-    ]
     return comparison.Comparison(
         tuple(parts),
         tuple(
@@ -306,14 +308,12 @@ class _ShareTests(NamedTuple):
         repeated looks.
         """
         keys = [
-            [(number, key) for key in _test_keys(poses)]
+            (number, key)
             for number, poses in enumerate(self.poses)
+            for key in _test_keys(poses)
         ]
-        distinct = {
-            key: share
-            for variant_keys, shares in zip(keys, differences, strict=True)
-            for key, share in zip(variant_keys, shares, strict=True)
-        }
+        shares = list(chain.from_iterable(differences))
+        distinct = dict(zip(keys, shares, strict=True))
         drop_chances = paired_drops.adjust_together(
             [share.difference.p_value for share in distinct.values()]
         ).tolist()
@@ -336,22 +336,11 @@ class _ShareTests(NamedTuple):
                     1.0, max(file_chance / look_share, plate_chance)
                 ),
             }
-        return [
-            [
-                share._replace(**chances[key])
-                for key, share in zip(variant_keys, shares, strict=True)
-            ]
-            for variant_keys, shares in zip(keys, differences, strict=True)
-        ]
-
-
-def _tested_poses(
-    match: correspondence.Correspondence, accepted_poses: tuple[int, ...]
-) -> list[correspondence.MatchedPoses]:
-    """Poses whose shares are tested, those that a feeder accepts last."""
-    if not accepted_poses:
-        return list(match.matches)
-    return [*match.matches, match.follow(accepted_poses)]
+        adjusted = (
+            share._replace(**chances[key])
+            for key, share in zip(keys, shares, strict=True)
+        )
+        return [list(islice(adjusted, len(tests))) for tests in self.poses]
 
 
 def _test_keys(tests: Sequence[correspondence.MatchedPoses]) -> list[Hashable]:
@@ -373,8 +362,7 @@ def _are_known(differences: Differences) -> bool:
     """Whether all differences are known to a point, half of their intervals."""
     return all(
         share.difference.high - share.difference.low <= 2.0 * ONE_POINT
-        for shares in differences
-        for share in shares
+        for share in chain.from_iterable(differences)
     )
 
 

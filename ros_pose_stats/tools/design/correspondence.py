@@ -140,13 +140,9 @@ def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, 
     candidates = []
     for turn in (np.eye(3), *_candidate_turns(first, second)):
         is_near = (first.downs @ turn.T) @ second.downs.T >= NEAR_COSINE
-        candidates.append(
-            (
-                int((is_near & footprint).any(axis=1).sum()),
-                float(np.abs(surface_distance(turn)).max()),
-                turn,
-            )
-        )
+        matching_poses = (is_near & footprint).any(axis=1).sum()
+        misfit = np.abs(surface_distance(turn)).max()
+        candidates.append((matching_poses, misfit, turn))
     matching_poses, misfit, turn = max(
         candidates, key=lambda candidate: (candidate[0], -candidate[1])
     )
@@ -161,11 +157,9 @@ def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, 
         ALIKE_SHARE * min(len(first.poses), len(second.poses)),
         2 * candidates[0][0],
     )
-    return (
-        (turn, bool(same_body))
-        if same_body or matching_poses >= needed_poses
-        else (None, False)
-    )
+    if same_body or matching_poses >= needed_poses:
+        return turn, bool(same_body)
+    return None, False
 
 
 def _candidate_turns(first: RestingPoses, second: RestingPoses) -> Iterator[Array]:

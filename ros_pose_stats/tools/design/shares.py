@@ -91,8 +91,7 @@ class WantedShare:
         return np.array(
             [
                 pairs.is_in(
-                    number,
-                    np.flatnonzero(self._is_accepted(resting, part.origin)).tolist(),
+                    number, np.flatnonzero(self._is_accepted(resting, part.origin))
                 )
                 for number, (resting, part) in enumerate(
                     zip(pairs.resting, changed_parts, strict=True)

@@ -167,9 +167,9 @@ def nearest_triangles(corners: Array, width: int, height: int) -> tuple[Index, A
     lowest = corners[:, :, 2].min(axis=1)
     highest = corners[:, :, 2].max(axis=1)
     for portion in np.split(covers, np.flatnonzero(np.diff(portions)) + 1):
-        row = np.repeat(portion, span[portion])
-        first = np.repeat(np.cumsum(span[portion]) - span[portion], span[portion])
-        x = begin[row] + np.arange(len(row)) - first
+        row, position = _stretches(span[portion])
+        row = portion[row]
+        x = begin[row] + position
         triangle = owner[row]
         pixel = y[row] * width + x
         origin = corners[triangle, 0]
@@ -191,9 +191,8 @@ def _spans(
     """Triangle, row, first column and end of every covered stretch of pixels."""
     low = _first_pixel(corners[:, :, 1].min(axis=1), height)
     top = _first_pixel(corners[:, :, 1].max(axis=1), height)
-    rows = top - low
-    owner = np.repeat(np.arange(len(corners)), rows)
-    y = low[owner] + np.arange(len(owner)) - np.repeat(np.cumsum(rows) - rows, rows)
+    owner, position = _stretches(top - low)
+    y = low[owner] + position
     # Where the middle of the row crosses the three sides, (n, 3).
     p_x, p_y = np.moveaxis(corners[owner, :, :2], 2, 0)
     q_x, q_y = np.roll((p_x, p_y), -1, axis=2)
@@ -204,6 +203,12 @@ def _spans(
     begin = _first_pixel(np.where(crosses, x, np.inf).min(axis=1), width)
     end = _first_pixel(np.where(crosses, x, -np.inf).max(axis=1), width)
     return owner, y, begin, np.maximum(end, begin)
+
+
+def _stretches(lengths: Index) -> tuple[Index, Index]:
+    """Number of the stretch of each of their elements, and its position in it."""
+    owner = np.repeat(np.arange(len(lengths)), lengths)
+    return owner, np.arange(len(owner)) - (np.cumsum(lengths) - lengths)[owner]
 
 
 def _first_pixel(position: Array, limit: int) -> Index:

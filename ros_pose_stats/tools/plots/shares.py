@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from ...base.text import name_poses, shortened
 from ...core.records import Array, Part, PoseStatistics
@@ -225,9 +225,7 @@ def kick_figure(
     _draw_kicks(axes, heights, np.array([per_minute for _, per_minute in kicks]))
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=TICKS))
-    axes.xaxis.set_major_formatter(
-        FuncFormatter(lambda length, _: in_digits(length, 3))
-    )
+    axes.xaxis.set_major_formatter(lambda length, _: in_digits(length, 3))
     axes.xaxis.set_minor_formatter(NullFormatter())
     best = max(per_minute.value for _, per_minute in kicks)
     axes.set_ylim(0.0, ROOM * max(axes.get_ylim()[1], best))

@@ -74,7 +74,7 @@ def _draw_scale(
     bar = figure.colorbar(
         ScalarMappable(
             Normalize(lowest, highest),
-            ListedColormap(colormaps[COLORS](np.linspace(0.0, 1.0, CONTOURS))),
+            colormaps[COLORS].resampled(CONTOURS),
         ),
         orientation="horizontal",
         cax=figure.add_axes((0.08, 0.98 / page_height, 0.84, 0.13 / page_height)),

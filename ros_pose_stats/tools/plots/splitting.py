@@ -110,23 +110,24 @@ def _draw_node(axes: Axes, branch: "Branch", heights: dict[int, float]) -> None:
     poses = branch.node.poses
     numbers = " ".join(map(str, poses))
     text = numbers if len(numbers) <= LONGEST else f"{len(poses)} poses"
+    box: dict[str, Any] = {"edgecolor": BLUE}
     if branch.parts:
-        box = {"facecolor": "#eef3f8", "edgecolor": BLUE, "boxstyle": "square,pad=0.28"}
-        _write_centred(axes, branch, text, 8.5, box)
-        return
-    shape = "circle" if len(poses) == 1 else "round"
-    _write_centred(
-        axes,
-        branch,
+        box |= {"facecolor": "#eef3f8", "boxstyle": "square,pad=0.28"}
+    else:
+        shape = "circle" if len(poses) == 1 else "round"
+        box |= {"facecolor": "white", "linewidth": 1.3, "boxstyle": f"{shape},pad=0.25"}
+    axes.annotate(
         text,
-        9,
-        {
-            "facecolor": "white",
-            "edgecolor": BLUE,
-            "linewidth": 1.3,
-            "boxstyle": f"{shape},pad=0.25",
-        },
+        (branch.x, branch.y),
+        ha="center",
+        va="center",
+        fontsize=8.5 if branch.parts else 9,
+        color=INK,
+        zorder=3,
+        bbox=box,
     )
+    if branch.parts:
+        return
     lowest = 1e3 * heights[lowest_pose(branch, heights)]
     axes.annotate(
         f"{100.0 * branch.node.probability:.1f} %\n{in_digits(lowest, 3)} mm",
@@ -138,21 +139,6 @@ def _draw_node(axes: Axes, branch: "Branch", heights: dict[int, float]) -> None:
         fontsize=7.2,
         color=REFERENCE,
         linespacing=1.15,
-    )
-
-
-def _write_centred(
-    axes: Axes, branch: "Branch", text: str, size: float, box: dict[str, Any]
-) -> None:
-    axes.annotate(
-        text,
-        (branch.x, branch.y),
-        ha="center",
-        va="center",
-        fontsize=size,
-        color=INK,
-        zorder=3,
-        bbox=box,
     )
 
 
@@ -169,20 +155,11 @@ def _label_levels(
     axes.set_ylim(lowest - room / (1.0 - room) * (top - lowest), top)
     axes.set_xticks([])
     # As few digits as tell the levels from each other.
-    digits = next(
-        (
-            precision
-            for precision in range(4, 9)
-            if len(levels)
-            == len({in_digits(1e3 * level, precision) for level, _ in levels})
-        ),
-        9,
-    )
-    axes.set_yticks(
-        [position for _, position in levels],
-        [in_digits(1e3 * level, digits) for level, _ in levels],
-        fontsize=8.5,
-    )
+    for digits in range(4, 10):
+        labels = [in_digits(1e3 * level, digits) for level, _ in levels]
+        if len(set(labels)) == len(labels):
+            break
+    axes.set_yticks([position for _, position in levels], labels, fontsize=8.5)
     axes.set_ylabel("energy / weight where it splits, mm", fontsize=9.5)
     axes.spines[["top", "right", "bottom"]].set_visible(False)
     axes.grid(axis="y", color="#e8e8e8", linewidth=0.6, zorder=0)
@@ -235,15 +212,12 @@ def drawn_tree(root: SplittingNode) -> Branch:
 
 def _parts(node: SplittingNode) -> list[SplittingNode]:
     """What a component falls into at its level, ties taken together."""
+    lowest = (node.level or 0.0) * (1.0 - SAME_LEVEL)
     parts: list[SplittingNode] = []
     nodes = list(reversed(node.parts))
     while nodes:
         part = nodes.pop()
-        if (
-            part.level is not None
-            and node.level is not None
-            and (part.level >= node.level * (1.0 - SAME_LEVEL))
-        ):
+        if part.level is not None and part.level >= lowest:
             nodes.extend(reversed(part.parts))
         else:
             parts.append(part)

@@ -197,8 +197,7 @@ def _try_kicks(
     assert feeder.kick_height is not None
     assert feeder.rate is not None
     shares = pose_groups.pose_shares(simulated)
-    kicks = []
-    for statistics in flips.flips_by_kick(
+    simulated_flips = flips.flips_by_kick(
         part,
         replace(scene, drop_height=None),
         [feeder.kick_height, *flips.usual_kicks(simulated.radius)],
@@ -206,9 +205,13 @@ def _try_kicks(
         on_kick=lambda number, count: on_progress(
             number / count, f"kick {number + 1} of {count}"
         ),
-    ):
-        kicked = feeding.flip_wrong_poses(
-            shares, statistics.counts, feeder.wanted, feeder.rate, feeder.cycle_time
+    )
+    return tuple(
+        KickFeeding(
+            statistics,
+            feeding.flip_wrong_poses(
+                shares, statistics.counts, feeder.wanted, feeder.rate, feeder.cycle_time
+            ),
         )
-        kicks.append(KickFeeding(statistics, kicked))
-    return tuple(kicks)
+        for statistics in simulated_flips
+    )
