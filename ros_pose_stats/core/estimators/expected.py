@@ -168,7 +168,7 @@ def rocking_errors(resting: RestingPoses, probability: Array) -> Array:
     part may come to rest in.
     """
     curvature = np.square(resting.curves[0])
-    return np.asarray(
+    return (
         ROCKING_FACTOR
         * np.sqrt(probability)
         * np.abs(curvature - probability @ curvature)
@@ -190,7 +190,7 @@ def rolling_errors(resting: RestingPoses, probability: Array) -> Array:
         * offset
         * np.sqrt(probability * np.maximum(probability, RARE_SHARE))
     )
-    return np.asarray(np.abs(published.normalize(probability + gain) - probability))
+    return np.abs(published.normalize(probability + gain) - probability)
 
 
 def bound_pose_errors(

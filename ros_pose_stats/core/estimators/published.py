@@ -9,18 +9,22 @@ from ..resting import convex_body, poses
 
 def normalize(weights: Array) -> Array:
     """Weights (P,) scaled to sum to 1."""
-    return np.asarray(weights / weights.sum())
+    return weights / weights.sum()
 
 
 def area(resting: poses.RestingPoses) -> Array:
     """Probabilities (P,) in proportion to the stable faces' area [24], beside Eq. 5."""
-    equilibria = resting.equilibria
-    return normalize(resting.gather(equilibria.body.arrays.area[equilibria.faces]))
+    return _share_by(resting, resting.body.arrays.area)
+
+
+def _share_by(resting: poses.RestingPoses, size: Array) -> Array:
+    """Probabilities (P,) in proportion to a size (F,) of the stable faces."""
+    return normalize(resting.gather(size[resting.equilibria.faces]))
 
 
 def share_in_groups(values: Array, group: Index) -> Array:
     """Values of poses (P,), shared evenly among those of one group (P,)."""
-    return np.asarray((np.bincount(group, values) / np.bincount(group))[group])
+    return (np.bincount(group, values) / np.bincount(group))[group]
 
 
 def csae(resting: poses.RestingPoses) -> Array:
@@ -28,8 +32,7 @@ def csae(resting: poses.RestingPoses) -> Array:
 
     It jumps where a face becomes stable.
     """
-    equilibria = resting.equilibria
-    return normalize(resting.gather(equilibria.body.arrays.angle[equilibria.faces]))
+    return _share_by(resting, resting.body.arrays.angle)
 
 
 def adre(resting: poses.RestingPoses) -> Array:
@@ -37,13 +40,8 @@ def adre(resting: poses.RestingPoses) -> Array:
 
     It is Eq. 5 with the solid angle over the distance.
     """
-    equilibria = resting.equilibria
-    arrays = equilibria.body.arrays
-    return normalize(
-        resting.gather(
-            arrays.angle[equilibria.faces] / arrays.distance[equilibria.faces]
-        )
-    )
+    arrays = resting.body.arrays
+    return _share_by(resting, arrays.angle / arrays.distance)
 
 
 NQSE_COEFFICIENTS = (
@@ -64,8 +62,7 @@ def qse(resting: poses.RestingPoses) -> Array:
 
     Solid angles are carried down the toppling graph.
     """
-    equilibria = resting.equilibria
-    return normalize(resting.gather(equilibria.arrays.toppled[equilibria.faces]))
+    return _share_by(resting, resting.equilibria.arrays.toppled)
 
 
 def nqse(resting: poses.RestingPoses) -> Array:
@@ -91,16 +88,14 @@ def pqse(resting: poses.RestingPoses) -> Array:
     """
     equilibria = resting.equilibria
     surface = np.arange(resting.body.faces)
-    surface[equilibria.faces] = equilibria.faces[
-        resting.clusters.lowest_face[resting.clusters.pose]
-    ]
+    surface[equilibria.faces] = resting.faces[resting.clusters.pose]
     first_share = _redistribute(
-        equilibria.body, np.unique(surface, return_inverse=True)[1]
+        resting.body, np.unique(surface, return_inverse=True)[1]
     )
     stable_share = settle_on_stable(
         first_share, equilibria.arrays.target, equilibria.arrays.share
     )
-    return normalize(resting.gather(stable_share[equilibria.faces]))
+    return _share_by(resting, stable_share)
 
 
 def nonlinear(share: Array) -> Array:
@@ -130,7 +125,7 @@ def _redistribute(body: convex_body.ConvexBody, surface: Index) -> Array:
     net_flow = np.bincount(arrays.face, flow, body.faces) - np.bincount(
         giving_face, flow, body.faces
     )
-    return np.asarray(np.maximum(angle_share + net_flow, 0.0))
+    return np.maximum(angle_share + net_flow, 0.0)
 
 
 def _arctangents(values: Array) -> Array:
@@ -145,7 +140,7 @@ def _arctangents(values: Array) -> Array:
     series = np.zeros_like(values)
     for odd in range(21, 0, -2):
         series = 1.0 / odd - square * series
-    return np.asarray(8.0 * values * series)
+    return 8.0 * values * series
 
 
 COMBINED_WEIGHT = 0.75
@@ -154,14 +149,12 @@ COMBINED_WEIGHT = 0.75
 
 def eae(resting: poses.RestingPoses) -> Array:
     """Energy absorption estimator, Eqs. 7 and 8, by the reachable set {R < E}."""
-    _, probability = resting.passage_R
-    return normalize(resting.clusters.gather(probability))
+    return normalize(resting.clusters.gather(resting.passage_R[1]))
 
 
 def meae(resting: poses.RestingPoses) -> Array:
     """Modified energy absorption estimator: Eq. 8 with r in place of R (Appendix C)."""
-    _, probability = resting.passage_r
-    return normalize(resting.clusters.gather(probability))
+    return normalize(resting.clusters.gather(resting.passage_r[1]))
 
 
 def combined(resting: poses.RestingPoses) -> Array:

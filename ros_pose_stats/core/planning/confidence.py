@@ -258,7 +258,6 @@ def plate_prior(model: PoseStatistics) -> PosePrior:
 def _pose_error_ratio(poses: Sequence[StablePose]) -> float:
     """Error over the poses for one of 1 over groups, whose poses share it evenly."""
     _, group = np.unique([pose.group for pose in poses], return_inverse=True)
-    group = group.reshape(-1)
     size = np.bincount(group)
     share = np.bincount(group, [pose.probability for pose in poses])
     single_drop = share * (1.0 - share)

@@ -35,7 +35,7 @@ class PlateFill(NamedTuple):
     def free_probability(self, parts: Index) -> Array:
         """Probabilities (N, K) that no other part blocks one, by the parts (N,)."""
         other_parts = parts[:, None, None] - 1.0
-        return np.asarray((1.0 - self.blocked) ** other_parts @ self.weight)
+        return (1.0 - self.blocked) ** other_parts @ self.weight
 
 
 def plate_fill(
@@ -160,4 +160,4 @@ def _cover_raster(rings: Sequence[Array], turn: float, node: Array) -> Mask:
     )
     x, y = np.rint((edges - node[0]) / (node[1] - node[0])).astype(int).reshape(-1, 2).T
     is_covered[y, x] = True
-    return np.asarray(is_covered)
+    return is_covered

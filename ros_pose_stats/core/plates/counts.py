@@ -13,7 +13,12 @@ import numpy as np
 from ...base.errors import RequestError, reason
 from ...base.files import read_file
 from ..records import Index, Part
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, Numbering
+from ..records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_ROUND_SIDES,
+    Numbering,
+    is_whole_number,
+)
 from ..resting.poses import RestingPoses, resting_poses
 
 LARGEST_COUNT = 2.0**48  # parts that nobody counts
@@ -63,11 +68,7 @@ def count_part(
     poses = len(resting_poses(part, *numbering).poses)
     count = np.zeros(poses, dtype=np.int64)
     for index, number in dict[Any, Any](counts).items():
-        if (
-            isinstance(index, bool)
-            or not isinstance(index, Integral)
-            or (not 0 <= int(index) < poses)
-        ):
+        if not is_whole_number(index) or not 0 <= index < poses:
             raise RequestError(
                 f"poses 0 to {poses - 1} of {part.part_id}",
                 f"{index!r}",

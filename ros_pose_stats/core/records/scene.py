@@ -103,9 +103,8 @@ class DropScene:
                 f"{self.cluster_tolerance}",
                 "0.0025 of the height is a tilt of 4 degrees",
             )
-        sides: Any = self.round_sides
-        is_whole = isinstance(sides, Integral) and not isinstance(sides, bool)
-        if not is_whole or (
+        sides = self.round_sides
+        if not is_whole_number(sides) or (
             sides and not FEWEST_ROUND_SIDES <= sides <= MOST_ROUND_SIDES
         ):
             raise RequestError(
@@ -130,6 +129,11 @@ class DropScene:
 
 SCENE_FIELDS = tuple(field.name for field in fields(DropScene))
 """Names of the scene's values: keywords, keys of JSON, columns."""
+
+
+def is_whole_number(value: Any) -> bool:
+    """Whether a value is an integer of Python or NumPy, and no truth value."""
+    return isinstance(value, Integral) and not isinstance(value, bool)
 
 
 def real_number(name: str, value: Any) -> float:

@@ -340,16 +340,17 @@ def rank_poses(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose,
     group_sums: dict[int, float] = {}
     for pose in weighted_poses:
         group_sums[pose.group] = group_sums.get(pose.group, 0.0) + pose.probability
-    rank = tolerances.number_equal(
-        [
-            0.0 if math.isnan(pose.probability) else -pose.probability
-            for pose in weighted_poses
-        ],
-        tolerances.SAME_SHARE,
-    )
+    rank = rank_probabilities(pose.probability for pose in weighted_poses)
     order = sorted(range(len(weighted_poses)), key=rank.__getitem__)
-    ranked_poses = [weighted_poses[k] for k in order]
     return tuple(
         pose.with_values(group_probability=group_sums[pose.group])
-        for pose in ranked_poses
+        for pose in (weighted_poses[k] for k in order)
+    )
+
+
+def rank_probabilities(probabilities: Iterable[float]) -> list[int]:
+    """Ranks by falling probability, NaN as 0; those equal but for rounding have one."""
+    return tolerances.number_equal(
+        [0.0 if math.isnan(share) else -share for share in probabilities],
+        tolerances.SAME_SHARE,
     )

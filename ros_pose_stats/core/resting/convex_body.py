@@ -72,7 +72,7 @@ def foot_directions(body: ConvexBody, sides: Index) -> Array:
         begin
         + np.clip(-(begin * direction).sum(axis=1)[:, None], 0.0, length) * direction
     )
-    return np.asarray(foot / lengths(foot)[:, None])
+    return foot / lengths(foot)[:, None]
 
 
 def body_of(part: Part, round_sides: int) -> ConvexBody:
@@ -155,9 +155,8 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
 def _triangles(qhull: Facets) -> tuple[Index, Index]:
     """Triangles and their neighbours in the numbering of the points on the hull."""
     on_hull = qhull.vertices
-    number = np.empty(qhull.points.shape[0], dtype=np.int64)
-    number[on_hull] = np.arange(on_hull.shape[0])
-    return number[qhull.simplices], qhull.neighbors.astype(np.int64)
+    triangles = np.searchsorted(on_hull, qhull.simplices)
+    return triangles, qhull.neighbors.astype(np.int64)
 
 
 def build_polyhedron(

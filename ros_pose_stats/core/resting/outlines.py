@@ -110,14 +110,13 @@ def _solid(part: Part, points: Array) -> "Manifold":
 
 def _rings(polygon: "CrossSection", unit: float) -> Polygon:
     """Rings of one polygon in metres, its boundary first: holes have areas below 0."""
-    rings = [np.asarray(ring) for ring in polygon.to_polygons()]
-    areas = [
-        float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
-        for x, y in (ring.T for ring in rings)
-    ]
-    return tuple(
-        rings[k] * unit for k in sorted(range(len(rings)), key=lambda k: -areas[k])
-    )
+
+    def double_area(ring: Array) -> float:
+        x, y = ring.T
+        return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+
+    rings = map(np.asarray, polygon.to_polygons())
+    return tuple(ring * unit for ring in sorted(rings, key=double_area, reverse=True))
 
 
 def area_and_length(outline: Array) -> tuple[float, float]:

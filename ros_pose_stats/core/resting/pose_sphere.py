@@ -86,7 +86,7 @@ def on_map(directions: Array) -> tuple[Index, Array]:
 
 def across_disc(pixels: int) -> Array:
     """Middles (n,) of the pixels across a disc of radius 1."""
-    return np.asarray((2.0 * np.arange(pixels) + 1.0) / pixels - 1.0)
+    return (2.0 * np.arange(pixels) + 1.0) / pixels - 1.0
 
 
 def _directions(pixels: int) -> Array:

@@ -4,7 +4,7 @@
 rise parts, and `records.statistics` gives the poses their probabilities.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 
 import numpy as np
@@ -61,6 +61,16 @@ class RestingPoses:
             [pose.group for pose in self.poses]
             or range(self.clusters.lowest_face.shape[0])
         )
+
+    @property
+    def faces(self) -> Index:
+        """Face (P,) of the body that each pose rests on, its lowest."""
+        return self.equilibria.faces[self.clusters.lowest_face]
+
+    @property
+    def heights(self) -> Array:
+        """Height (P,) of the centre of mass in each pose, in radii."""
+        return self.equilibria.heights[self.clusters.lowest_face]
 
     @property
     def downs(self) -> Array:
@@ -140,9 +150,8 @@ class RestingPoses:
     @cached_property
     def curves(self) -> tuple[Array, Array]:
         """Share (P,) of curves in what leads to a pose, how far they lie across."""
-        lowest = self.equilibria.faces[self.clusters.lowest_face]
         return measure_curves(
-            self.body, self.inertia, self.pose_of_face, lowest, self.downs
+            self.body, self.inertia, self.pose_of_face, self.faces, self.downs
         )
 
     @property
@@ -245,17 +254,7 @@ def bare_poses(part: Part, scene: DropScene) -> RestingPoses:
     """
     if are_found(part, scene):
         return poses_in(part, scene)
-    equilibria = equilibria_of(part, scene.round_sides)
-    return RestingPoses(
-        equilibria,
-        gather_clusters(equilibria, scene.cluster_tolerance),
-        (),
-        _scaled_inertia(part, equilibria),
-    )
-
-
-def _scaled_inertia(part: Part, equilibria: Equilibria) -> Array:
-    return part.inertia / (part.mass * equilibria.body.radius * equilibria.body.radius)
+    return _gather(part, scene.numbering)
 
 
 def are_found(part: Part, scene: DropScene) -> bool:
@@ -264,13 +263,18 @@ def are_found(part: Part, scene: DropScene) -> bool:
 
 
 def _find(part: Part, numbering: Numbering) -> RestingPoses:
+    bare = _gather(part, numbering)
+    return replace(bare, poses=_make_records(part, bare))
+
+
+def _gather(part: Part, numbering: Numbering) -> RestingPoses:
     equilibria = equilibria_of(part, numbering.round_sides)
-    clusters = gather_clusters(equilibria, numbering.cluster_tolerance)
+    radius = equilibria.body.radius
     return RestingPoses(
         equilibria,
-        clusters,
-        _make_records(part, equilibria, clusters),
-        _scaled_inertia(part, equilibria),
+        gather_clusters(equilibria, numbering.cluster_tolerance),
+        (),
+        part.inertia / (part.mass * radius * radius),
     )
 
 
@@ -283,12 +287,12 @@ def _along_plate(axes: Array, rotations: Array) -> Array:
     return unit
 
 
-def _make_records(
-    part: Part, equilibria: Equilibria, clusters: Clusters
-) -> tuple[StablePose, ...]:
-    body = equilibria.body
-    downs = equilibria.downs[clusters.lowest_face]
-    heights = equilibria.heights[clusters.lowest_face] * body.radius
+def _make_records(part: Part, resting: RestingPoses) -> tuple[StablePose, ...]:
+    body = resting.body
+    equilibria = resting.equilibria
+    clusters = resting.clusters
+    downs = resting.downs
+    heights = resting.heights * body.radius
     quaternions = resting_quaternions(downs)
     rotations = rotation_matrices(quaternions)
     positions = -rotations @ part.center_of_mass
@@ -304,12 +308,10 @@ def _make_records(
     group_margin = np.full(len(margins), np.inf)
     np.minimum.at(group_margin, groups, margins)
     margins = group_margin[groups]
-    rolls, axes = rolling_axes(
-        body, downs, equilibria.heights[clusters.lowest_face], clusters.tolerance
-    )
+    rolls, axes = rolling_axes(body, downs, resting.heights, clusters.tolerance)
     roll_axes = _along_plate(axes, rotations)
     yaw = yaw_symmetries(part, equilibria, clusters.lowest_face, surface)
-    faces = equilibria.faces[clusters.lowest_face]
+    faces = resting.faces
     barriers = clusters.barrier * body.radius
     order = np.argsort(clusters.pose, kind="stable")
     members_of = [

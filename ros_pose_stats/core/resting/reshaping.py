@@ -11,12 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels.body import circles, convex_body
+from ..kernels.body import convex_body
 from ..kernels.elementary import sines_cosines
 from ..records import Array, Index
 from .rims import Chain, Group, Outline, Rim
 from .thinning import FullRim, plan_sides
 
+TURN = 2.0 * np.pi
 SAME_ANGLE = 0.1  # angles this close, in sides, are one in the list of a group
 
 
@@ -65,12 +66,13 @@ def reshape(
             is_full = (
                 rim.is_closed and not rim.stays.any() and uses[rim.corner].max() == 1
             )
-            if is_full:
-                is_finer = len(rim.corner) > sides
-            else:
-                is_finer = bool(rim.chord.min() < 2.0 * np.pi / sides * rim.radius)
+            is_finer = (
+                len(rim.corner) > sides
+                if is_full
+                else bool(rim.chord.min() < TURN / sides * rim.radius)
+            )
             if rim.kind == "toothed" or not (can_roll or is_finer):
-                outline.chains.append(Chain(rim, rim.corner, rim.is_closed))
+                outline.chains.append(Chain(rim, rim.corner))
             elif is_full:
                 full_rims.append(FullRim(rim, group, _mean_height(points, group, rim)))
             else:
@@ -97,7 +99,7 @@ def _redraw(
     sides: int,
 ) -> None:
     """Put the rims of one axis on its angles."""
-    step = 2.0 * np.pi / sides
+    step = TURN / sides
     ends = [
         angle
         for divided_rim in divided_rims
@@ -119,7 +121,7 @@ def _redraw(
         rim_sides = sides if ends else full_rim.sides
         angles = grid if ends else grid[:: sides // full_rim.sides]
         numbers = outline.add(_on_circle(group, full_rim.height, rim.radius, angles))
-        outline.chains.append(Chain(rim, numbers, True, rim_sides))
+        outline.chains.append(Chain(rim, numbers, rim_sides))
     for divided_rim in divided_rims:
         _redraw_stretches(outline, group, divided_rim, grid, sides)
 
@@ -128,8 +130,7 @@ def _redraw_stretches(
     outline: Outline, group: Group, divided_rim: DividedRim, grid: Array, sides: int
 ) -> None:
     """Put the corners between those that stay on the angles of a grid."""
-    turn = 2.0 * np.pi
-    step = turn / sides
+    step = TURN / sides
     rim, can_roll, stretches = divided_rim
     height = _mean_height(outline.points, group, rim)
     is_changed = False
@@ -140,7 +141,7 @@ def _redraw_stretches(
         if _may_change(stretch, can_roll, step):
             low = angle[0] + SAME_ANGLE * step
             high = angle[-1] - SAME_ANGLE * step
-            angles = np.sort(grid + turn * np.ceil((low - grid) / turn), kind="stable")
+            angles = np.sort(grid + TURN * np.ceil((low - grid) / TURN), kind="stable")
             angles = angles[angles < high]
             if can_roll or len(angles) < len(inner_corners):
                 absorbed = _between_ends(outline.points, group, rim.absorbed, angle)
@@ -153,21 +154,13 @@ def _redraw_stretches(
     if not rim.is_closed:
         sequence.append(stretches[-1].corner[-1:])
     points = np.concatenate(sequence)
-    outline.chains.append(Chain(rim, points, rim.is_closed, sides if is_changed else 0))
+    outline.chains.append(Chain(rim, points, sides if is_changed else 0))
 
 
 def _between_ends(points: Array, group: Group, numbers: Index, angle: Array) -> Index:
     """Those of some points that lie between the ends of a stretch."""
-    angles = (
-        circles.angles_about(
-            points[numbers], group.center, group.frame[0], group.frame[1]
-        )
-        - angle[0]
-    )
-    turn = 2.0 * np.pi
-    return np.asarray(
-        numbers[angles - turn * np.floor(angles / turn) < angle[-1] - angle[0]]
-    )
+    angles = group.angles(points[numbers]) - angle[0]
+    return numbers[angles - TURN * np.floor(angles / TURN) < angle[-1] - angle[0]]
 
 
 def _may_change(stretch: Stretch, can_roll: bool, step: float) -> bool:
@@ -199,11 +192,9 @@ def _split_rim(points: Array, group: Group, rim: Rim, uses: Index) -> list[Stret
         is_fixed[:-1] |= stays
         is_fixed[1:] |= stays
         is_fixed[0] = is_fixed[-1] = True
-    angle = circles.angles_about(
-        points[corner], group.center, group.frame[0], group.frame[1]
-    )
+    angle = group.angles(points[corner])
     step = np.diff(angle)
-    step = step - 2.0 * np.pi * np.rint(step / (2.0 * np.pi))
+    step = step - TURN * np.rint(step / TURN)
     angle = np.append(angle[:1], angle[0] + np.cumsum(step))
     # Nothing is put between the ends of an edge that stays; the far one comes with the
     # next.
@@ -217,16 +208,16 @@ def _split_rim(points: Array, group: Group, rim: Rim, uses: Index) -> list[Stret
 
 def _divide_turn(ends: Sequence[float], step: float) -> Array:
     """Angles of a group: those of corners that stay, the rest evenly between."""
-    turn = 2.0 * np.pi
+    angles_that_stay = np.array(ends)
     breaks = np.sort(
-        np.array(ends) - turn * np.floor(np.array(ends) / turn), kind="stable"
+        angles_that_stay - TURN * np.floor(angles_that_stay / TURN), kind="stable"
     )
     breaks = breaks[np.append(True, np.diff(breaks) > SAME_ANGLE * step)]
-    if len(breaks) > 1 and breaks[0] + turn - breaks[-1] <= SAME_ANGLE * step:
+    if len(breaks) > 1 and breaks[0] + TURN - breaks[-1] <= SAME_ANGLE * step:
         breaks = breaks[:-1]
     angles = []
     for low, high in zip(
-        breaks.tolist(), [*breaks[1:].tolist(), breaks[0] + turn], strict=True
+        breaks.tolist(), [*breaks[1:].tolist(), breaks[0] + TURN], strict=True
     ):
         parts = max(1, int(np.ceil((high - low) / step - SAME_ANGLE)))
         angles.append(low + (high - low) / parts * np.arange(parts))
@@ -242,13 +233,11 @@ def _regular_angles(
     so the order of the mesh does not matter, and where the count divides all corners
     stay corners.
     """
-    step = 2.0 * np.pi / sides
+    step = TURN / sides
     if not full_rims:
         return np.asarray(step * np.arange(sides), dtype=np.float64)
     largest_rim = max(full_rims, key=lambda full_rim: full_rim.rim.radius)
-    angle = circles.angles_about(
-        points[largest_rim.rim.corner], group.center, group.frame[0], group.frame[1]
-    )
+    angle = group.angles(points[largest_rim.rim.corner])
     remainder = angle - step * np.floor(angle / step)
     return np.asarray(
         float(remainder.min()) + step * np.arange(sides), dtype=np.float64
@@ -258,7 +247,7 @@ def _regular_angles(
 def _on_circle(group: Group, height: float, radius: float, angles: Array) -> Array:
     sine, cosine = sines_cosines(np.ascontiguousarray(angles))
     x_axis, y_axis, axis = group.frame
-    return np.asarray(
+    return (
         group.center
         + height * axis
         + radius * (cosine[:, None] * x_axis + sine[:, None] * y_axis)

@@ -12,6 +12,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from ..kernels.body import circles
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import components_along, cross, length, lengths, scatter
@@ -60,6 +61,10 @@ class Group:
     frame: Array
     rims: list[Rim]
 
+    def angles(self, points: Array) -> Array:
+        """Angles (n,) of points about the axis, radians from the x axis on."""
+        return circles.angles_about(points, self.center, self.frame[0], self.frame[1])
+
 
 @dataclass(frozen=True, eq=False)
 class Run:
@@ -82,7 +87,6 @@ class Chain:
 
     rim: Rim
     point: Index
-    is_closed: bool
     sides: int = 0
 
     def as_run(self, unit: float) -> Run:
@@ -149,12 +153,20 @@ def loops_of(arrays: BodyArrays, faces: Index) -> tuple[Index, Index]:
     return arrays.corner[np.arange(size.sum()) + np.repeat(first - begin, size)], begin
 
 
+def square_distances(points: Array, circle: Rim | Run) -> Array:
+    """Squares (n,) of the distances of points from the circle of a rim or run."""
+    offset = points - circle.center
+    height = components_along(offset, circle.axis)
+    radial_error = lengths(offset - height[:, None] * circle.axis) - circle.radius
+    return height * height + radial_error * radial_error
+
+
 def distance_from_axis(points: Array, group: Group) -> Array:
     """Distance (n,) of points from the axis of a group."""
     offset = points - group.center
     x = components_along(offset, group.frame[0])
     y = components_along(offset, group.frame[1])
-    return np.asarray(np.sqrt(x * x + y * y))
+    return np.sqrt(x * x + y * y)
 
 
 def group_by_axis(points: Array, rims: list[Rim], rounding: float) -> list[Group]:
@@ -296,7 +308,7 @@ def _rim_positions(
         corners = chain.point[is_corner[chain.point]]
         positions.rim[corners] = k
         positions.position[corners] = np.arange(len(corners))
-        positions.size[corners] = len(corners) if chain.is_closed else -1
+        positions.size[corners] = len(corners) if chain.rim.is_closed else -1
     return positions
 
 

@@ -21,7 +21,14 @@ from ..kernels.body.runs import (
 )
 from ..mesh import hull, surface, vectors
 from ..records import Array, Index, Mask, Part
-from .rims import ROUND_SHARE, Group, Rim, group_by_axis, keep_turned_rims
+from .rims import (
+    ROUND_SHARE,
+    Group,
+    Rim,
+    group_by_axis,
+    keep_turned_rims,
+    square_distances,
+)
 
 SEAM = 2e-4
 """Corners this close to a circle, in radii, are on it where its ends do not quite meet.
@@ -166,7 +173,7 @@ def _on_surface(part: Part, ends: Index, tolerance: float) -> Mask:
         np.argsort(edge_vertices, kind="stable"),
         tolerance,
     )
-    return np.asarray(touches == 2)
+    return touches == 2
 
 
 def _median(values: Array) -> float:
@@ -213,13 +220,9 @@ def _absorb(
         is_free[rim.corner] = False
     numbers = np.flatnonzero(is_free)
     for rim, is_over_seam in zip(rims, has_seam, strict=True):
-        offset = points[numbers] - rim.center
-        height = vectors.components_along(offset, rim.axis)
-        radial_error = vectors.lengths(offset - height[:, None] * rim.axis) - rim.radius
+        distance = np.sqrt(square_distances(points[numbers], rim))
         slack = 4.0 * rounding + (SEAM * rim.radius if is_over_seam else rim.deviation)
-        rim.absorbed = numbers[
-            np.sqrt(height * height + radial_error * radial_error) <= slack
-        ]
+        rim.absorbed = numbers[distance <= slack]
 
 
 def _crosses_others(ends: Index, runs: Runs, count: int) -> Mask:
@@ -235,6 +238,4 @@ def _crosses_others(ends: Index, runs: Runs, count: int) -> Mask:
         (uses[ends[:, 0]] > 1).astype(np.int64), runs.start[:-1]
     )
     crossings += uses[end_corner] > 1
-    return np.asarray(
-        (runs.closed == 0) & (crossings >= ROUND_SHARE * (np.diff(runs.start) + 1))
-    )
+    return (runs.closed == 0) & (crossings >= ROUND_SHARE * (np.diff(runs.start) + 1))

@@ -88,14 +88,15 @@ def splitting_graph(resting: RestingPoses, function: Function = "r") -> Splittin
     for j in np.flatnonzero(clusters.split).tolist():
         parts = tuple(nodes.pop(int(child)) for child in tree.child[j])
         total = float(areas[j].sum())
-        shares = tuple(float(a) / total if total > 0.0 else 0.5 for a in areas[j])
+        angles = tuple(areas[j].tolist())
+        shares = tuple(angle / total if total > 0.0 else 0.5 for angle in angles)
         nodes[leaves + j] = SplittingNode(
             tuple(sorted({*parts[0].poses, *parts[1].poses})),
             float(probability[leaves + j]),
             float(tree.level[j]) * resting.body.radius,
             foot_directions(resting.body, tree.side[j : j + 1])[0],
             parts,
-            tuple(float(a) for a in areas[j]),
+            angles,
             shares,
         )
     (root,) = nodes.values()

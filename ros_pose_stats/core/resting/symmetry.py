@@ -7,7 +7,7 @@ groups.
 """
 
 from collections.abc import Callable, Iterator
-from functools import lru_cache, partial
+from functools import cache, partial
 from itertools import islice
 from typing import NamedTuple
 
@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from ..kernels.features.surface_features import moments_along, regions_and_corners
 from ..kernels.mesh import connections, nearness
 from ..kernels.principal_axes import is_kept
+from ..mesh.vectors import cross
 from ..records import Array, Index, Part
 from ..tolerances import COPLANAR, SYMMETRY
 from .convex_body import ConvexBody
@@ -64,7 +65,7 @@ def symmetry_groups(
     shared_faces = _shared_faces(kind, pose)
     if not len(shared_faces):
         return separate
-    frames = lru_cache(maxsize=None)(partial(frame_of, equilibria))
+    frames = cache(partial(frame_of, equilibria))
     # Few pairs of like faces, and no rotation that fits polygons and inertia.
     pairs = list(islice(_pairs(kind, shared_faces), FEW_PAIRS + 1))
     if len(pairs) <= FEW_PAIRS and not any(
@@ -176,8 +177,7 @@ def candidate_rotations(
 
 def _axes(normal: Array, direction: Array) -> Array:
     """Right-handed axes as rows: a normal, a unit vector across it, and the third."""
-    (x, y, z), (u, v, w) = normal, direction
-    return np.array([normal, direction, (y * w - z * v, z * u - x * w, x * v - y * u)])
+    return np.array([normal, direction, cross(normal, direction)])
 
 
 def frame_of(equilibria: Equilibria, stable: int) -> Frame:

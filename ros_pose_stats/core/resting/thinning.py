@@ -127,11 +127,9 @@ def plan_sides(full_rims: list[FullRim], corners: int, sides: int) -> None:
     sides.
     """
     free_corners = corners - sum(len(full_rim.rim.corner) for full_rim in full_rims)
-    groups: dict[int, list[FullRim]] = {
-        id(full_rim.group): [] for full_rim in full_rims
-    }
+    groups: dict[int, list[FullRim]] = {}
     for full_rim in full_rims:
-        groups[id(full_rim.group)].append(full_rim)
+        groups.setdefault(id(full_rim.group), []).append(full_rim)
     profiles = [sides * share // 12 for share in (12, 8, 6, 4, 3, 2)]
     plans = [
         (sides, level) for level in profiles if level >= FEWEST_ALONG or level == sides

@@ -11,7 +11,7 @@ from ...base import text
 from .. import tolerances
 from ..mesh.vectors import lengths
 from ..records import Mask, StablePose
-from . import convex_body, poses
+from . import convex_body, poses, rims
 
 MOST_NAMED = 3  # most poses that a warning names; it counts the others
 
@@ -72,7 +72,6 @@ def curve_angle(resting: poses.RestingPoses) -> float:
     0 for none. A facet of a curve turns little to two neighbours at least, and far to
     others. That on which the part lies is narrow.
     """
-    equilibria = resting.equilibria
     body = resting.body
     arrays = body.arrays
     neighbour = arrays.face[arrays.twin]
@@ -82,7 +81,6 @@ def curve_angle(resting: poses.RestingPoses) -> float:
     is_small = turn < tolerances.CURVED
     is_narrow = arrays.inset < tolerances.NARROW * turn * arrays.distance[arrays.face]
     bent_faces = arrays.face[~is_small & (turn < tolerances.BENT)]
-    lowest = equilibria.faces[resting.clusters.lowest_face]
     cannot_roll = np.array([not pose.rolls for pose in resting.poses])
 
     def facets() -> tuple[Mask, Mask]:
@@ -92,7 +90,7 @@ def curve_angle(resting: poses.RestingPoses) -> float:
         lies_on_curve = (
             np.bincount(arrays.face[is_small & is_narrow], minlength=body.faces) > 1
         )
-        return is_curved, (lies_on_curve & is_curved)[lowest] & cannot_roll
+        return is_curved, (lies_on_curve & is_curved)[resting.faces] & cannot_roll
 
     if not facets()[1].any():
         return 0.0
@@ -111,13 +109,8 @@ def _points_on_runs(body: convex_body.ConvexBody) -> Mask:
     """Which points of a body lie on the circle of a run."""
     on_run = np.zeros(len(body.points), dtype=np.bool_)
     for run in body.runs:
-        offset = body.points - run.center
-        height = (offset * run.axis).sum(axis=1)
-        radial_error = lengths(offset - height[:, None] * run.axis) - run.radius
-        on_run |= (
-            height * height + radial_error * radial_error
-            < tolerances.ON_RUN * tolerances.ON_RUN
-        )
+        squares = rims.square_distances(body.points, run)
+        on_run |= squares < tolerances.ON_RUN * tolerances.ON_RUN
     return on_run
 
 

@@ -62,10 +62,12 @@ def _prepare(part: Part, resting: poses.RestingPoses) -> PreparedBody:
     order, ball, ball_range = ball_tree(points)
     points = points[order]
     corner = used[order]
+    corner_number = np.full(body.points.shape[0], -1, dtype=np.int64)
+    corner_number[corner] = np.arange(corner.shape[0])
     x, y, z = np.ascontiguousarray(points.T)
     neighbours = _find_neighbours(points)
-    sides = _find_sides(resting, corner)
-    rims = find_rolling_rims(resting, moment, axes, corner)
+    sides = _find_sides(resting, corner_number)
+    rims = find_rolling_rims(resting, moment, axes, corner_number)
     arrays = layout.DropBody(
         x=x,
         y=y,
@@ -80,7 +82,7 @@ def _prepare(part: Part, resting: poses.RestingPoses) -> PreparedBody:
         side_end=sides.end,
         side_left=sides.left_pose,
         side_right=sides.right_pose,
-        pose_level=resting.equilibria.heights[resting.clusters.lowest_face],
+        pose_level=resting.heights,
         way_out=resting.clusters.exit_level,
         roll_pose=rims.pose,
         roll_level=rims.level,
@@ -135,15 +137,13 @@ class Sides(NamedTuple):
     right_pose: Index
 
 
-def _find_sides(resting: poses.RestingPoses, corner: Index) -> Sides:
+def _find_sides(resting: poses.RestingPoses, corner_number: Index) -> Sides:
     arrays = resting.body.arrays
-    corner_number = np.full(resting.body.points.shape[0], -1, dtype=np.int64)
-    corner_number[corner] = np.arange(corner.shape[0])
     pose_of_face = resting.pose_of_face
     begins = corner_number[arrays.corner]
     order = np.argsort(begins, kind="stable")
     return Sides(
-        np.append(0, np.cumsum(np.bincount(begins, minlength=corner.shape[0]))),
+        np.append(0, np.cumsum(np.bincount(begins))),
         begins[arrays.twin][order],
         pose_of_face[arrays.face][order],
         pose_of_face[arrays.face[arrays.twin]][order],
@@ -206,21 +206,20 @@ class RollingRims(NamedTuple):
 
 
 def find_rolling_rims(
-    resting: poses.RestingPoses, moment: Array, axes: Array, corner: Index
+    resting: poses.RestingPoses, moment: Array, axes: Array, corner_number: Index
 ) -> RollingRims:
     """Find the rims of a part that it can roll on all the way round, in one pose.
 
-    `moment`: of unit mass, lengths in radii; `corner`: hull points that the tables are
-    about.
+    `moment`: of unit mass, lengths in radii; `corner_number`: row in the tables of each
+    hull point, -1 for none.
     """
     body = resting.body
     pose_of_face = resting.pose_of_face
-    corner_number = np.full(body.points.shape[0], -1, dtype=np.int64)
-    corner_number[corner] = np.arange(corner.shape[0])
+    corners = int(corner_number.max()) + 1
     rims = RollingRims(
-        np.full(corner.shape[0], -1),
-        np.full(corner.shape[0], math.inf),
-        np.zeros(corner.shape[0]),
+        np.full(corners, -1),
+        np.full(corners, math.inf),
+        np.zeros(corners),
         np.zeros((len(resting.poses), layout.RIM)),
     )
     for run, faces, edges in _find_rims(body):
@@ -270,15 +269,15 @@ def find_rolling_rims(
             single_share,
         ]
         for face, level in zip(faces.tolist(), distance.tolist(), strict=True):
-            corners = corner_number[
+            numbers = corner_number[
                 body.arrays.corner[
                     body.arrays.face_start[face] : body.arrays.face_start[face + 1]
                 ]
             ]
-            rims.pose[corners] = pose
-            rims.level[corners] = np.minimum(rims.level[corners], level + rise)
-            rims.climb[corners] = np.maximum(
-                rims.climb[corners], level - float(distance.min())
+            rims.pose[numbers] = pose
+            rims.level[numbers] = np.minimum(rims.level[numbers], level + rise)
+            rims.climb[numbers] = np.maximum(
+                rims.climb[numbers], level - float(distance.min())
             )
     return rims
 

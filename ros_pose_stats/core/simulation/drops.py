@@ -59,9 +59,9 @@ def drop_rules(
 
     `to_rest`: go on until the part lies still.
     """
-    slow = max(SLOW, SOON_OVER * (1.0 - float(scene.restitution)))
+    slow = max(SLOW, SOON_OVER * (1.0 - scene.restitution))
     return layout.DropRules(
-        float(scene.restitution),
+        scene.restitution,
         scene.release_height(radius) / radius,
         to_rest,
         TRUNCATION,

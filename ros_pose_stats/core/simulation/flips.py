@@ -8,7 +8,7 @@ import numpy as np
 
 from ...base import errors, version
 from ..kernels.drops.layout import P, V, W
-from ..mesh.vectors import lengths, turn_vectors
+from ..mesh.vectors import cross, lengths, turn_vectors
 from ..records import Array, DropScene, FlipStatistics, Index, Part
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
@@ -230,9 +230,8 @@ class Kicks:
         self.body = body
         self.height = height
         resting = body.resting
-        faces = resting.equilibria.faces[resting.clusters.lowest_face]
         rows: list[tuple[Array, ...]] = []
-        for pose, face in enumerate(faces.tolist()):
+        for pose, face in enumerate(resting.faces.tolist()):
             polygon = turn_vectors(resting.body.polygon(face), body.axes)
             first = polygon[1:-1] - polygon[0]
             second = polygon[2:] - polygon[0]
@@ -265,15 +264,11 @@ class Kicks:
         resting = self.body.resting
         moment = self.body.arrays.moment
         pose = np.arange(first, first + count) % len(resting.poses)
-        lowest = resting.clusters.lowest_face[pose]
         states = drops.states_at_rest(
-            self.body,
-            resting.equilibria.heights[lowest],
-            resting.equilibria.downs[lowest],
+            self.body, resting.heights[pose], resting.downs[pose]
         )
-        x, y, z = self._points(pose, drops.flip_draws(seed, first, count)).T
-        p, q, r = states[:, P : P + 3].T
-        arm = np.stack((y * r - z * q, z * p - x * r, x * q - y * p), axis=1)
+        points = self._points(pose, drops.flip_draws(seed, first, count))
+        arm = cross(points, states[:, P : P + 3])
         reach = arm * arm / moment
         impulse = np.sqrt(
             2.0 * self.height / (1.0 + reach[:, 0] + reach[:, 1] + reach[:, 2])
@@ -293,11 +288,7 @@ class Kicks:
         share = np.clip((pose + draws[:, 0] - self.begin[triangle]) / size, 0.0, 1.0)
         outward_share = np.sqrt(share)[:, None]
         side_share = draws[:, 1:]
-        return np.asarray(
-            self.corner[triangle]
-            + outward_share
-            * (
-                (1.0 - side_share) * self.first[triangle]
-                + side_share * self.second[triangle]
-            )
+        return self.corner[triangle] + outward_share * (
+            (1.0 - side_share) * self.first[triangle]
+            + side_share * self.second[triangle]
         )

@@ -16,6 +16,7 @@ from ..records.scene import (
     DEFAULT_RESTITUTION,
     DEFAULT_ROUND_SIDES,
     GRAVITY,
+    is_whole_number,
     real_number,
 )
 from . import drop_body, drops
@@ -96,8 +97,7 @@ def record_scene_drop(
     """Record a drop in a scene; see `record_drop`."""
     starts: Any = None if start is None else [start]
     request = drop_request(None if start is None else 1, seed, 0.0, 1, starts)
-    is_whole = isinstance(drop, (int, np.integer)) and not isinstance(drop, bool)
-    if not is_whole or not 0 <= drop < 2**64:
+    if not is_whole_number(drop) or not 0 <= drop < 2**64:
         raise RequestError(
             "the number of a drop, from 0", f"{drop!r}", "0 is the first"
         )

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ...base.errors import RequestError
 from ..mesh import arrays, vectors
 from ..records import Array, DropProgress
-from ..records.scene import DEFAULT_DROPS, real_number
+from ..records.scene import DEFAULT_DROPS, is_whole_number, real_number
 
 if TYPE_CHECKING:
     from .drops import DropChunk  # whose kernels are loaded where drops are made
@@ -155,10 +155,10 @@ def _check_starts(starts: ArrayLike) -> Array:
             "no row may be zero, infinite or NaN",
         )
     scaled = directions / largest[:, None]  # whose squares neither overflow nor vanish
-    return np.asarray(scaled / vectors.lengths(scaled)[:, None])
+    return scaled / vectors.lengths(scaled)[:, None]
 
 
-def _check_integer(name: str, value: object) -> int:
-    if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
+def _check_integer(name: str, value: Any) -> int:
+    if is_whole_number(value):
         return int(value)
     raise RequestError(f"a whole number for {name}", f"{value!r}", "give an int")

@@ -9,7 +9,6 @@ Flips that a cell has counted are combined with those of the model.
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from numbers import Integral
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ from scipy.special import gammaln, ndtri
 from ...base import text
 from ...base.errors import RequestError
 from ..records import Array, FlipStatistics, Index, Mask, PoseStatistics
+from ..records.scene import is_whole_number
 from .errors import DEFAULT_LEVEL, jeffreys_interval
 from .pose_groups import PoseShares
 
@@ -191,9 +191,7 @@ def check_wanted_poses(wanted_poses: Sequence[int], poses: int) -> Mask:
     invalid_indices = [
         index
         for index in indices
-        if isinstance(index, bool)
-        or not isinstance(index, Integral)
-        or not 0 <= int(index) < poses
+        if not is_whole_number(index) or not 0 <= index < poses
     ]
     if invalid_indices or not indices:
         raise RequestError(
@@ -335,4 +333,4 @@ def _evidence(model: Array, group_counts: Array | Index, size: Array) -> Array:
     total = STRENGTHS[:, None] * size
     cells = gammaln(prior + group_counts[row, column]) - gammaln(prior)
     rows = gammaln(total) - gammaln(total + group_counts.sum(axis=1))
-    return np.asarray(cells.sum(axis=1) + rows.sum(axis=1))
+    return cells.sum(axis=1) + rows.sum(axis=1)

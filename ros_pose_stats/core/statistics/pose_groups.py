@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...base import errors, methods, text
-from .. import tolerances
 from ..records import Array, Index, PoseStatistics, StablePose
 from ..records.poses import PoseGroup, single_poses
+from ..records.statistics import rank_probabilities
 from .errors import jeffreys_interval
 
 EQUIVALENCE_ROUNDS = 40  # each round halves the error of the logarithm
@@ -35,13 +35,7 @@ def pose_groups(statistics: PoseStatistics) -> tuple[PoseGroup, ...]:
     joined_poses = [
         _join_poses(poses, settled_drops, len(groups)) for poses in groups.values()
     ]
-    rank = tolerances.number_equal(
-        [
-            0.0 if math.isnan(group.probability) else -group.probability
-            for group in joined_poses
-        ],
-        tolerances.SAME_SHARE,
-    )
+    rank = rank_probabilities(group.probability for group in joined_poses)
     order = sorted(
         range(len(joined_poses)), key=lambda k: (rank[k], joined_poses[k].first.index)
     )
@@ -133,7 +127,7 @@ class PoseShares(NamedTuple):
 
     def by_unit(self, values: Array) -> Array:
         """Mean of a value of the poses (K,) over those of each unit."""
-        return np.asarray(np.bincount(self.unit, values) / np.bincount(self.unit))
+        return np.bincount(self.unit, values) / np.bincount(self.unit)
 
     def scatter(self, values: Array) -> float:
         """Variance of a value of the poses (K,) between the units, not within."""
@@ -158,7 +152,7 @@ def pose_shares(statistics: PoseStatistics) -> PoseShares:
         return PoseShares(
             probability, float(sum(pose.count for pose in poses)), np.arange(len(poses))
         )
-    unit = np.unique([pose.group for pose in poses], return_inverse=True)[1].reshape(-1)
+    unit = np.unique([pose.group for pose in poses], return_inverse=True)[1]
     unit_errors = np.bincount(unit, [pose.standard_error for pose in poses]).astype(
         np.float64
     )

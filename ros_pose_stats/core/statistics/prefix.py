@@ -146,9 +146,8 @@ class Prefix:
 
     def recent_judgement(self) -> errors.Judgement:
         """A judgement to be shown, as old as the judge's pause while drops go on."""
-        if self._judge is None or self.finished:
-            return self.judgement()
-        if time.monotonic() - self._judged_at >= self._judge.pause:
+        pause = 0.0 if self._judge is None or self.finished else self._judge.pause
+        if time.monotonic() - self._judged_at >= pause:
             return self.judgement()
         return self._last_judgement[1]
 

@@ -98,8 +98,7 @@ class PosePrior:
                 "give an estimate of all poses",
             )
         scatter_fit = prior_fit(restitution) if fit is None else fit
-        units = np.unique(np.asarray(group), return_inverse=True)[1]
-        self.unit: Index = units.reshape(-1)
+        self.unit: Index = np.unique(group, return_inverse=True)[1]
         if self.unit.shape != probability.shape:
             raise RequestError(
                 f"a group for each of {probability.size} poses",
@@ -187,7 +186,7 @@ class PosePrior:
 
     def _order(self, unit_counts: Array) -> Index:
         """Rare units first; where estimates are equal, those seen less."""
-        return np.asarray(np.lexsort((unit_counts, self.mean)))
+        return np.lexsort((unit_counts, self.mean))
 
     def _count_units(self, counts: ArrayLike) -> Array:
         pose_counts = np.asarray(counts, dtype=np.float64)
@@ -222,7 +221,7 @@ def _thin_rare_units(unit_probability: Array, size: Index, overrated: float) -> 
     total = max(float((thinned * size).sum()), PROBABILITY_FLOOR)
     floor = min(PROBABILITY_FLOOR, LARGEST_FLOOR_SHARE / size.sum())
     floored = np.maximum(thinned / total, floor) * size
-    return np.asarray(floored / floored.sum())
+    return floored / floored.sum()
 
 
 FALSE_ALARM_CHANCE = 0.002
@@ -254,7 +253,7 @@ def contradicted_units(
     tails = np.minimum(
         np.tensordot(weight, upper_tail, 2), np.tensordot(weight, lower_tail, 2)
     )
-    return np.asarray(2.0 * tails * mean.size < FALSE_ALARM_CHANCE)
+    return 2.0 * tails * mean.size < FALSE_ALARM_CHANCE
 
 
 TINY_WEIGHT = 1e-300
@@ -362,4 +361,4 @@ def _stick_before(rest_mean: Array) -> Array:
     stick = np.concatenate(
         (whole_stick, np.cumprod(rest_mean[..., :-1], axis=-1)), axis=-1
     )
-    return np.asarray(np.concatenate((stick, stick[..., -1:]), axis=-1))
+    return np.concatenate((stick, stick[..., -1:]), axis=-1)
