@@ -198,7 +198,7 @@ class _Run(NamedTuple):
         """Write the picture under a name that equal parts share."""
         if described.picture is None:
             return ""
-        digest: str = described.row["part_digest"]
+        digest = described.row["part_digest"]
         name = f"{PICTURES}/{digest[:2]}/{digest[:16]}.png"
         file = self.folder / name
         with needing_room("the pictures", file):

@@ -197,5 +197,5 @@ def footprint(outline: Array) -> tuple[float, float]:
     # About a triangle all three have one area but for rounding: then the narrowest.
     slenderness = np.minimum(extent, width) / np.maximum(extent, width)
     smallest = np.argmin(extent * width * (1.0 + 1e-9 * slenderness))
-    shorter, longer = sorted((float(extent[smallest]), float(width[smallest])))
+    shorter, longer = sorted((extent[smallest], width[smallest]))
     return longer, shorter

@@ -198,7 +198,7 @@ def flips_table(
         Column("error"),
     ]
     rows = [
-        [str(i), *(percent(share) for share in shares), percent(float(max(errors)))]
+        [str(i), *(percent(share) for share in shares), percent(max(errors))]
         for i, (shares, errors) in enumerate(
             zip(flips.transition.tolist(), flips.standard_error.tolist(), strict=True)
         )

@@ -50,7 +50,7 @@ def find_features(resting: poses.RestingPoses) -> tuple[Feature, ...]:
     clusters = resting.clusters
     features: dict[tuple[int, ...], Feature] = {}
     for pose, lowest in enumerate(clusters.lowest_face.tolist()):
-        face = int(equilibria.faces[lowest])
+        face = equilibria.faces[lowest]
         members = equilibria.faces[(clusters.pose == pose) & clusters.is_support]
         strips = np.unique(body.run_of_face[members])
         moved_faces = np.union1d(
@@ -94,10 +94,10 @@ class DesignSpace:
     def __init__(self, part: Part, scene: DropScene | None = None) -> None:
         self.part = part
         self.scene = scene or DropScene()
-        self.resting: poses.RestingPoses = poses.poses_in(part, self.scene)
-        self.body: convex_body.ConvexBody = self.resting.body
-        self.features: tuple[Feature, ...] = find_features(self.resting)
-        self._corners: Array = np.ascontiguousarray(
+        self.resting = poses.poses_in(part, self.scene)
+        self.body = self.resting.body
+        self.features = find_features(self.resting)
+        self._corners = np.ascontiguousarray(
             self.body.points[np.unique(self.body.arrays.corner)]
         )
         self._hull = hull_of_corners(self._corners)

@@ -171,11 +171,11 @@ def _candidate_turns(first: RestingPoses, second: RestingPoses) -> Iterator[Arra
     order = np.argsort(
         np.where(equals > 0, equals, len(other_downs) + 1), kind="stable"
     )
-    lead = int(order[0])
+    lead = order[0]
     oblique = order[np.linalg.norm(np.cross(downs[lead], downs[order]), axis=1) > 0.1]
     if not oblique.size:
         return
-    follower = int(oblique[0])
+    follower = oblique[0]
     alike = np.abs(downs[lead] @ downs[follower] - other_downs @ other_downs.T) <= 0.05
     pairs = np.argwhere(
         alike & is_same_size[lead][:, None] & is_same_size[follower][None]

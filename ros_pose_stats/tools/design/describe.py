@@ -28,7 +28,7 @@ def name_step(space: changes.DesignSpace, number: int, step: float) -> str:
             f"{'-' if step < 0.0 else '+'}{changes.AXES[feature.axis]}"
         )
     if feature.kind == "stretch":
-        longer = abs(step) * float(np.ptp(space.part.surface_vertices[:, feature.axis]))
+        longer = abs(step) * np.ptp(space.part.surface_vertices[:, feature.axis])
         return (
             f"{'shrunk' if step < 0.0 else 'stretched'} by {100.0 * abs(step):.3g} % along "
             f"{changes.AXES[feature.axis]} ({1e3 * longer:.3g} mm)"
@@ -50,7 +50,7 @@ def name_moves(space: changes.DesignSpace, moves: Array) -> str:
     ]
     unnamed = len(features) - len(named_features)
     return listed(
-        [name_step(space, number, float(moves[number])) for number in named_features]
+        [name_step(space, number, moves[number]) for number in named_features]
     ) + (f", and {unnamed} more like it" if unnamed else "")
 
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from scipy.special import bdtr, ndtri
 
 from ...core.mesh.vectors import turn_vectors
-from ...core.records import Array, DropScene, Index, Mask, Part
+from ...core.records import Array, DropScene, Mask, Part
 from ...core.resting.poses import poses_in
 from ...core.simulation import chunks, drop_body, drops as motions
 from ...core.statistics.errors import DEFAULT_LEVEL
@@ -53,8 +53,8 @@ class PairedDrops:
         )
         # (V, n): pose that each variant came to rest in, or -1; whether it was released
         # touching
-        self.outcome: Index = np.zeros((len(parts), 0), dtype=np.int64)
-        self.touched: Index = self.outcome
+        self.outcome = np.zeros((len(parts), 0), dtype=np.int64)
+        self.touched = self.outcome
         self._turns = turns or (None,) * len(parts)
         self._first_drop = first
 

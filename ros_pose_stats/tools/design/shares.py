@@ -36,16 +36,12 @@ class WantedShare:
         self._function = ESTIMATORS[
             expected.best_method(self.scene.restitution)
         ].function
-        self.is_wanted: Mask = feeding.check_wanted_poses(
-            wanted_poses, len(resting.poses)
-        )
-        self.wanted_poses: tuple[int, ...] = tuple(
-            np.flatnonzero(self.is_wanted).tolist()
-        )  # rising
+        self.is_wanted = feeding.check_wanted_poses(wanted_poses, len(resting.poses))
+        self.wanted_poses = tuple(np.flatnonzero(self.is_wanted).tolist())  # rising
         equilibria = resting.equilibria
         # of each face (F,): the pose that it descends to, and whether that pose rests
         # on it; facets that the part rolls on are one with the stable ones among them
-        self._pose_of_face: Index = resting.pose_of_face
+        self._pose_of_face = resting.pose_of_face
         run = body.run_of_face
         self._is_resting = np.isin(run, np.setdiff1d(run[equilibria.faces], [-1]))
         self._is_resting[equilibria.faces] = True

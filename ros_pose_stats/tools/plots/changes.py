@@ -142,7 +142,7 @@ def _gradient(sensitivities: sensitivity.Sensitivity) -> Array:
     for effect in sensitivities.best:
         if effect.feature.kind == "centre":
             slope[effect.feature.axis] = effect.slope
-    length = float(np.linalg.norm(slope))
+    length = np.linalg.norm(slope)
     return slope / length if length else slope
 
 

@@ -64,8 +64,7 @@ def separate(
 def _nearest_rising(values: Array) -> Array:
     """Nearest sequence that never falls: what falls is pooled into its mean."""
     pools: list[tuple[float, int]] = []
-    for value in values:
-        mean = float(value)
+    for mean in values:
         size = 1
         while pools and pools[-1][0] > mean:
             pool_mean, count = pools.pop()

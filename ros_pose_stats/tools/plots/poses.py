@@ -114,7 +114,7 @@ def resting_view(placed: Sequence[Array], radius: float, pixels: int) -> View:
         * (abs(np.sin(azimuth)) + abs(np.cos(azimuth)))
         * np.sin(elevation)
     )
-    upper = max([front, *(float((triangles @ upwards).max()) for triangles in placed)])
+    upper = max([front, *((triangles @ upwards).max() for triangles in placed)])
     margin = 0.05 * radius
     height = 2 * round(0.5 * pixels * (upper + front + 2.0 * margin) / sample.width)
     middle = np.array([0.0, 0.0, 0.5 * (upper - front) / np.cos(elevation)])
@@ -179,7 +179,7 @@ def _smallest_turn(source: Array, target: Array) -> Array:
     """Smallest rotation of one unit vector onto another, however they lie."""
     quaternion = np.append(np.cross(source, target), 1.0 + source @ target)
     if quaternion[3] < 1e-12:
-        axis = np.eye(3)[int(np.abs(source).argmin())]
+        axis = np.eye(3)[np.abs(source).argmin()]
         quaternion = np.append(np.cross(source, axis), 0.0)
     quaternion /= np.linalg.norm(quaternion)
     return _rotation(quaternion)

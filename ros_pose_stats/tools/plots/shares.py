@@ -167,7 +167,7 @@ def key_picture(
 
 def _titled(words: str, figure: Figure) -> Picture:
     """A figure under a title."""
-    title = Figure(figsize=(float(figure.get_figwidth()), TITLE))
+    title = Figure(figsize=(figure.get_figwidth(), TITLE))
     title.text(0.5, 0.5, words, fontsize=10.5, color=INK, ha="center", va="center")
     return _stacked([_pixels(title), _pixels(figure)])
 
@@ -295,7 +295,7 @@ def _draw_kicks(axes: Axes, heights: Array, per_minute: Array) -> None:
         zorder=4,
         clip_on=False,
     )
-    best = int(value.argmax())
+    best = value.argmax()
     axes.plot(
         heights[best],
         value[best],

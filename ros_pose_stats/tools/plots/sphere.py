@@ -40,8 +40,8 @@ def sphere_figure(
     saddles where it splits.
     """
     values = 1e3 * (sphere.r if function == "r" else sphere.R)
-    lowest = float(np.nanmin(values))
-    highest = float(np.nanmax(values))
+    lowest = np.nanmin(values)
+    highest = np.nanmax(values)
     span = max(highest - lowest, 1e-12)
     has_borders = 1 < len(sphere.downs) <= MOST_BORDERS
     figure, discs = two_discs(1, 0.0, 1.1)
@@ -148,7 +148,7 @@ def _draw_borders(axes: Axes, pose: Index) -> None:
 def _extent(is_inside: Mask) -> slice:
     """From one before the first pixel inside to one behind the last."""
     inside = np.flatnonzero(is_inside)
-    return slice(max(int(inside[0]) - 1, 0), int(inside[-1]) + 2)
+    return slice(max(inside[0] - 1, 0), inside[-1] + 2)
 
 
 DISC = 2.3  # distance of the discs, inches
@@ -300,8 +300,8 @@ def _labels(downs: Array) -> Iterator[tuple[int, tuple[float, float], list[int]]
             if hemisphere[pose] == hemisphere[first]
             and (np.abs(positions[pose] - positions[first]) < reach).all()
         ]
-        x, y = positions[first].tolist()
-        yield int(hemisphere[first]), (x, y), covered
+        x, y = positions[first]
+        yield hemisphere[first], (x, y), covered
         unlabelled = [pose for pose in unlabelled if pose not in covered]
 
 

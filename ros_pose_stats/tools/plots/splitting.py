@@ -230,7 +230,7 @@ def place_branches(
     """Set where each branch is drawn; return the levels (metres) and their heights."""
     branches = [branch for branch in top.walk() if branch.parts]
     for number, end in enumerate(ends):
-        end.x = float(number)
+        end.x = number
     for branch in reversed(branches):
         branch.x = 0.5 * (branch.parts[0].x + branch.parts[-1].x)
 
@@ -248,7 +248,7 @@ def place_branches(
         level = branch.node.level
         if not branch.parts:
             level = heights[lowest_pose(branch, heights)]
-        height = float(np.interp(((level or 0.0) - lowest) / scale, *page))
+        height = np.interp(((level or 0.0) - lowest) / scale, *page)
         branch.y = height if branch.parts else min(height, ceiling - DROP)
         for part in branch.parts:
             lower(part, branch.y)

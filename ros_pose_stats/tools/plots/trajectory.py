@@ -43,7 +43,7 @@ def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
     the eight that part most. From release to where nothing moves that can be seen;
     below, a row for each kind of event, with how many of all there are.
     """
-    end = float(trajectory.times[first_still(trajectory, SETTLED)])
+    end = trajectory.times[first_still(trajectory, SETTLED)]
     figure = new_figure(6.4, 4.6, layout="constrained")
     rows = _rows(trajectory, root, end)
     events_height = 0.25 + ROW * len(rows)
@@ -91,10 +91,8 @@ def draw_energy(
         zorder=3,
     )
     levels = telling_levels(levels_above(root, trajectory.pose), len(root.poses))
-    bottom = min(float(energy[-1]), 1e3 * float(trajectory.heights.min()))
-    axes.set(
-        yscale="log", xlim=(0.0, end), ylim=(0.88 * bottom, 1.25 * float(energy[0]))
-    )
+    bottom = min(energy[-1], 1e3 * trajectory.heights.min())
+    axes.set(yscale="log", xlim=(0.0, end), ylim=(0.88 * bottom, 1.25 * energy[0]))
     axes.set_ylabel("mm above the plate", fontsize=10)
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_minor_locator(NullLocator())
@@ -252,7 +250,7 @@ def animation_frames(
     scale = energy_heights(trajectory)[0] / trajectory.energies[0]
     for k, time in enumerate(frames.times):
         canvas.restore_region(background)  # type: ignore[no-untyped-call]
-        energy = float(frames.energies[k]) * scale
+        energy = frames.energies[k] * scale
         point.set_data([min(time, frames.end)], [1e3 * energy])
         poses = poses_within(levels, energy, root.poses)
         name = component_name(poses) if len(poses) < len(root.poses) else "every pose"
@@ -281,7 +279,7 @@ def _draw_part(
     column = int(left * page_width)
     row = page_height - int((bottom + tall) * page_height)
     pixels = (2 * int(0.5 * width * page_width), 2 * int(0.5 * tall * page_height))
-    rise = max(0.0, float(height) - FOLLOWED * radius)
+    rise = max(0.0, height - FOLLOWED * radius)
     view = View(
         np.array([0.0, 0.0, 1.02 * radius + rise]),
         WIDE * radius,
