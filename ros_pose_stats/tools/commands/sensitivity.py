@@ -164,20 +164,20 @@ def write_files(
     suggestion: "Suggestion | None",
 ) -> list[Path]:
     """Write the picture and the changed hull as requested; return their paths."""
-    files: dict[Path, bytes] = {}
+    written_files = []
     if picture is not None:
         from ..plots import figures
         from ..plots.changes import changes_figure
 
-        files[picture] = figures.figure_png(changes_figure(sensitivity))
+        write_file(picture, figures.figure_png(changes_figure(sensitivity)))
+        written_files.append(picture)
     if hull is not None and suggestion is not None:
         from ...core.mesh.files import stl_bytes
 
         part = suggestion.changed.part
-        files[hull] = stl_bytes(1e3 * part.vertices, part.triangles)
-    for file, content in files.items():
-        write_file(file, content)
-    return list(files)
+        write_file(hull, stl_bytes(1e3 * part.vertices, part.triangles))
+        written_files.append(hull)
+    return written_files
 
 
 MOST_ROWS = 30

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 from datetime import datetime, timezone
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from ....base import files, text
 from ....core.records.scene import SCENE_FIELDS, Numbering
-from ...bags.camera_counts import CameraCounts
 from ...bags.comparisons import BagAnalysis, Comparison, CountComparison, PartAnalysis
 from ...bags.results import ResultHistory
 
@@ -135,17 +135,23 @@ def _job_rows(analysis: BagAnalysis) -> Rows:
 
 
 def _count_rows(analysis: BagAnalysis) -> Rows:
-    for part in analysis.parts:
-        for comparison in part.counts:
-            yield from _rows_of_counts(comparison)
-    for comparison in analysis.strays:
+    of_parts = chain.from_iterable(part.counts for part in analysis.parts)
+    for comparison in chain(of_parts, analysis.strays):
         yield from _rows_of_counts(comparison)
 
 
 def _rows_of_counts(comparison: CountComparison) -> Rows:
     """A row a pose, and one of the parts in no stable pose."""
     counts = comparison.counts
-    cells = _count_cells(counts)
+    cells = [
+        counts.part_id,
+        counts.part_digest,
+        *counts.numbering,
+        counts.plate,
+        counts.drop_height,
+        _utc(counts.begin),
+        _utc(counts.end),
+    ]
     problem = comparison.problem
     if comparison.history is None:
         for pose, count in _rows(counts.index, counts.count):
@@ -160,18 +166,6 @@ def _rows_of_counts(comparison: CountComparison) -> Rows:
             yield *cells, *row, problem
     share = counts.unclassified_share
     yield *cells, "unclassified", counts.unclassified, share, "", "", problem
-
-
-def _count_cells(counts: CameraCounts) -> list[Any]:
-    return [
-        counts.part_id,
-        counts.part_digest,
-        *counts.numbering,
-        counts.plate,
-        counts.drop_height,
-        _utc(counts.begin),
-        _utc(counts.end),
-    ]
 
 
 def _comparison_rows(analysis: BagAnalysis) -> Rows:
