@@ -126,8 +126,8 @@ class _Run(Generic[Piece, Made]):
                 raise BatchError(
                     "a worker at the scheduler",
                     f"none at {self.address}",
-                    f"start one with `dask worker {self.address}` where this package is "
-                    "installed; the same command then goes on from here",
+                    f"start one with `dask worker {self.address}` where this package "
+                    "is installed; the same command then goes on from here",
                 )
         return should_stop()
 

@@ -61,8 +61,8 @@ def describe_part(
     except Exception as error:  # one part must not cost all others their rows
         row = refused(
             name,
-            f"failed inside the program ({type(error).__name__}: {error}); please report "
-            "it with the file",
+            f"failed inside the program ({type(error).__name__}: {error}); please "
+            "report it with the file",
         )
     return Described(row, picture, to_be_dropped, time.perf_counter() - begin)
 

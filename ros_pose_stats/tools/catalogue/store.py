@@ -22,8 +22,8 @@ SYNC_SECONDS = 1.0
 """A power cut costs the rows of this time; anything else, as a kill, costs none."""
 
 TABLE = """CREATE TABLE IF NOT EXISTS parts (
-    name BLOB PRIMARY KEY, bytes INTEGER, mtime_ns INTEGER, picture TEXT, to_be_dropped INTEGER,
-    refused INTEGER, seconds REAL, row TEXT) WITHOUT ROWID"""
+    name BLOB PRIMARY KEY, bytes INTEGER, mtime_ns INTEGER, picture TEXT,
+    to_be_dropped INTEGER, refused INTEGER, seconds REAL, row TEXT) WITHOUT ROWID"""
 
 
 class Entry(NamedTuple):

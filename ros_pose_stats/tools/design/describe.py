@@ -30,8 +30,8 @@ def name_step(space: changes.DesignSpace, number: int, step: float) -> str:
     if feature.kind == "stretch":
         longer = abs(step) * np.ptp(space.part.surface_vertices[:, feature.axis])
         return (
-            f"{'shrunk' if step < 0.0 else 'stretched'} by {100.0 * abs(step):.3g} % along "
-            f"{changes.AXES[feature.axis]} ({1e3 * longer:.3g} mm)"
+            f"{'shrunk' if step < 0.0 else 'stretched'} by {100.0 * abs(step):.3g} % "
+            f"along {changes.AXES[feature.axis]} ({1e3 * longer:.3g} mm)"
         )
     direction = "in" if step < 0.0 else "out"
     return f"face of pose {listed(feature.poses)} moved {direction} by {length}"
@@ -110,8 +110,8 @@ def describe_verdict(
             for share in variant.shares
         )
         return (
-            f"{result.drops} drops of each show no difference of A and {letter_}: no share "
-            f"differs by more than {100.0 * bound:.1f} points"
+            f"{result.drops} drops of each show no difference of A and {letter_}: no "
+            f"share differs by more than {100.0 * bound:.1f} points"
         )
     if variant.feeder is None:
         poses = next(pose.poses for pose in variant.poses if pose.share is share)
@@ -157,8 +157,8 @@ def describe_matching(variant: comparison.VariantComparison) -> list[str]:
     if match.turn is not None:
         change = "is the same body as A" if match.same_body else "is A with changes"
         lines.append(
-            f"{name} {change}, turned by {math.degrees(match.angle):.0f} degrees in the "
-            f"frame of its file; poses are compared as if it were not."
+            f"{name} {change}, turned by {math.degrees(match.angle):.0f} degrees in "
+            f"the frame of its file; poses are compared as if it were not."
         )
     if not match.by_orientation and any(pose.poses.is_pair for pose in variant.poses):
         lines.append(
