@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from lab.frame.results import Row, Section, Target
 from ros_pose_stats.core.estimators import ESTIMATORS, best_method
-from ros_pose_stats.core.estimators.expected import bound_pose_errors, expected_error
+from ros_pose_stats.core.estimators.expected import expected_error, scatter_mixture
 from ros_pose_stats.core.estimators.fitted import ErrorFit
 from ros_pose_stats.core.records.scene import DEFAULT_RESTITUTION
+from ros_pose_stats.core.statistics.errors import DEFAULT_LEVEL, largest_error
 
 from ..split.samples import Sample
 from .samples import answered, counted
@@ -93,8 +94,12 @@ def judged(
         single = share * (1.0 - share) / row.count.sum()
         for name, estimate in answers.items():
             expected = expected_error(name, resting, estimate, scene, fits)
-            bound = bound_pose_errors(
-                expected.pose_errors, resting.group, fits[name], single
+            # Each pose has the noise of its own drops.
+            weight, factor = scatter_mixture(fits[name].scatter)
+            bound = largest_error(
+                np.sqrt(np.square(factor[:, None] * expected.pose_errors) + single),
+                DEFAULT_LEVEL,
+                weight=weight,
             )
             away = np.abs(estimate - share)
             rows[name].append(

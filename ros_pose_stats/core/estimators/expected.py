@@ -193,21 +193,12 @@ def rolling_errors(resting: RestingPoses, probability: Array) -> Array:
     return np.abs(published.normalize(probability + gain) - probability)
 
 
-def bound_pose_errors(
-    errors: Array, group: Index, fit: fitted.ErrorFit, noise: Array | None = None
-) -> float:
+def bound_pose_errors(errors: Array, group: Index, fit: fitted.ErrorFit) -> float:
     """Bound that errors of poses keep together with 90 % confidence.
 
-    Poses of one `group` share their error; `noise`: variances of the drops to compare
-    with.
+    Poses of one `group` share their error.
     """
     weight, factor = scatter_mixture(fit.scatter)
-    if noise is not None:  # each pose has its own
-        return largest_error(
-            np.sqrt(np.square(factor[:, None] * errors) + noise),
-            DEFAULT_LEVEL,
-            weight=weight,
-        )
     unit_size = np.bincount(group)
     unit_errors = np.zeros(unit_size.shape[0])
     unit_errors[group] = errors
