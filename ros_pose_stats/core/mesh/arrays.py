@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...base.errors import MeshError
-from ..records import Array, Index
+from ..records import Array, Index, Mask
 
 NOT_NUMBERS = (TypeError, ValueError, OverflowError)
 """Errors that the functions below raise for values that are no real numbers."""
@@ -149,12 +149,25 @@ def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
     return np.ascontiguousarray(numbers.astype(np.uint32))
 
 
+def mask_of(rows: NDArray[Any], count: int) -> Mask:
+    """Which of so many rows (count,) are among some, given by number."""
+    mask = np.zeros(count, dtype=bool)
+    mask[rows] = True
+    return mask
+
+
+def remove_collapsed(triangles: NDArray[Any]) -> NDArray[Any]:
+    """Leave out triangles with a repeated corner."""
+    a, b, c = triangles.T
+    is_whole = (a != b) & (b != c) & (c != a)
+    return triangles if is_whole.all() else triangles[is_whole]
+
+
 def remove_unused(
     vertices: Array, triangles: NDArray[Any]
 ) -> tuple[Array, NDArray[Any]]:
     """Leave out vertices of no triangle; the very arrays given when there are none."""
-    is_used = np.zeros(len(vertices), dtype=bool)
-    is_used[triangles.ravel()] = True
+    is_used = mask_of(triangles.ravel(), len(vertices))
     if is_used.all():
         return vertices, triangles
     return vertices[is_used], (np.cumsum(is_used) - 1)[triangles]

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..records import Array, Corners, Part
+from .arrays import remove_collapsed
 from .vectors import area_vectors
 
 # Triangles that a picture of some hundred pixels shows as well as the whole mesh
@@ -34,8 +35,7 @@ def visible_triangles(part: Part, limit: int = FINEST) -> Array:
 def _surface_to_draw(part: Part) -> tuple[Array, Corners]:
     if not part.is_open:
         return part.surface_vertices, part.surface_triangles
-    a, b, c = part.triangles.T
-    return part.vertices, part.triangles[(a != b) & (b != c) & (c != a)]
+    return part.vertices, remove_collapsed(part.triangles)
 
 
 def _decimated_surface(part: Part, limit: int) -> tuple[Array, Corners]:

@@ -17,6 +17,7 @@ from ...base import errors
 from .. import tolerances
 from ..kernels.mesh.measures import bounds, thinness
 from ..records import Array, Corners, Index, Part
+from .arrays import mask_of
 from .vectors import to_unit_size
 
 CROWD = 1000
@@ -46,9 +47,7 @@ class Facets(NamedTuple):
     @property
     def vertices(self) -> Index:
         """Points on the hull, rising."""
-        on_hull = np.zeros(len(self.points), dtype=np.bool_)
-        on_hull[self.simplices] = True
-        return np.flatnonzero(on_hull)
+        return np.flatnonzero(mask_of(self.simplices, len(self.points)))
 
 
 class Hull(NamedTuple):

@@ -88,18 +88,11 @@ def weld(vertices: Array, triangles: Index) -> tuple[Array, Index]:
         vertices, low, tolerances.WELD * extent
     )
     if not has_coincident:
-        return arrays.remove_unused(vertices, _remove_collapsed(triangles))
+        return arrays.remove_unused(vertices, arrays.remove_collapsed(triangles))
     is_kept = representative == np.arange(len(vertices))
     number = np.cumsum(is_kept) - 1
-    triangles = _remove_collapsed(number[representative][triangles])
+    triangles = arrays.remove_collapsed(number[representative][triangles])
     return arrays.remove_unused(vertices[is_kept], triangles)
-
-
-def _remove_collapsed(triangles: Index) -> Index:
-    """Leave out triangles with a repeated corner."""
-    a, b, c = triangles.T
-    is_whole = (a != b) & (b != c) & (c != a)
-    return triangles if is_whole.all() else triangles[is_whole]
 
 
 def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
@@ -172,14 +165,12 @@ def distance_to_hull(point: Array, hull: Hull) -> float:
     """How far a point is beyond the nearest hull plane, metres; negative inside."""
     planes = hull.qhull.equations
     with np.errstate(over="ignore"):
-        offset = float(np.abs((point - hull.shift) / hull.scale).max())
+        position = (point - hull.shift) / hull.scale
+        offset = float(np.abs(position).max())
     if offset > 1e9:
         # Perhaps too far to compute with, and the hull is as good as a point.
         return offset * hull.scale
-    return float(
-        (planes[:, :3] @ ((point - hull.shift) / hull.scale) + planes[:, 3]).max()
-        * hull.scale
-    )
+    return float((planes[:, :3] @ position + planes[:, 3]).max() * hull.scale)
 
 
 def _check_spans_volume(vertices: Array, triangles: Index) -> None:

@@ -7,14 +7,14 @@ from dataclasses import replace
 
 from ...base import errors, methods
 from ..estimators.estimate import estimate_in
-from ..records import DropProgress, DropScene, Part, PoseStatistics
+from ..records import DropScene, Part, PoseStatistics
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_RESTITUTION,
     DEFAULT_ROUND_SIDES,
     real_number,
 )
-from ..simulation.request import Watch, drop_request
+from ..simulation.request import OnProgress, Watch, drop_request
 from .hybrid import check_estimate, keep_target
 
 MOST_DROPS = 10_000_000  # drops that a target may cost where the caller sets no bound
@@ -29,7 +29,7 @@ def auto(
     drop_height: float | None = None,
     max_seconds: float = 0.0,
     workers: int | None = None,
-    on_progress: Callable[[DropProgress], object] | None = None,
+    on_progress: OnProgress = None,
     should_stop: Callable[[], bool] | None = None,
     *,
     cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,

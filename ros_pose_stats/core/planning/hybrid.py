@@ -16,7 +16,7 @@ from ..records.scene import (
     DEFAULT_ROUND_SIDES,
 )
 from ..resting.poses import poses_in
-from ..simulation.request import DropRequest, Watch, drop_request
+from ..simulation.request import DropRequest, OnProgress, Watch, drop_request
 from ..simulation.simulate import count_drops
 from ..statistics.prefix import Judge
 from ..statistics.prior import PosePrior
@@ -31,7 +31,7 @@ def hybrid(
     drop_height: float | None = None,
     target_error: float = 0.0,
     workers: int | None = None,
-    on_progress: Callable[[DropProgress], object] | None = None,
+    on_progress: OnProgress = None,
     should_stop: Callable[[], bool] | None = None,
     *,
     cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
@@ -135,9 +135,7 @@ def hybrid_statistics(simulated: PoseStatistics, prior: PosePrior) -> PoseStatis
     )
 
 
-def combined_progress(
-    prior: PosePrior, on_progress: Callable[[DropProgress], object] | None
-) -> Callable[[DropProgress], object] | None:
+def combined_progress(prior: PosePrior, on_progress: OnProgress) -> OnProgress:
     """Progress of a simulation as that of the hybrid; None where nobody listens."""
     if on_progress is None:
         return None

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..kernels.body import convex_body
 from ..kernels.elementary import sines_cosines
+from ..mesh.arrays import mask_of
 from ..records import Array, Index
 from .rims import Chain, Group, Outline, Rim
 from .thinning import FullRim, plan_sides
@@ -43,8 +44,7 @@ def reshape(
 
     Its points keep their numbers, new ones follow.
     """
-    is_kept = np.zeros(len(points), dtype=np.bool_)
-    is_kept[arrays.corner] = True
+    is_kept = mask_of(arrays.corner, len(points))
     outline = Outline(points, is_kept, count=len(points))
     uses = np.zeros(len(points), dtype=np.int64)
     for group in groups:

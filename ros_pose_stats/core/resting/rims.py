@@ -15,6 +15,7 @@ import numpy as np
 from ..kernels.body import circles
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.principal_axes import principal_axes
+from ..mesh.arrays import mask_of
 from ..mesh.vectors import components_along, cross, length, lengths, scatter
 from ..records import Array, Index, Mask
 
@@ -302,8 +303,7 @@ def _rim_positions(
 ) -> _RimPositions:
     positions = _RimPositions(*np.full((3, len(points)), -1, dtype=np.int64))
     positions.rim[distance_from_axis(points, group) < ON_AXIS] = len(chains)
-    is_corner = np.zeros(len(points), dtype=np.bool_)
-    is_corner[arrays.corner] = True
+    is_corner = mask_of(arrays.corner, len(points))
     for k, chain in enumerate(chains):
         corners = chain.point[is_corner[chain.point]]
         positions.rim[corners] = k

@@ -20,6 +20,7 @@ from ..kernels.body.runs import (
     circular_runs,
 )
 from ..mesh import hull, surface, vectors
+from ..mesh.arrays import mask_of
 from ..records import Array, Index, Mask, Part
 from .rims import (
     ROUND_SHARE,
@@ -214,8 +215,7 @@ def _absorb(
     has_seam = [_close_seam(rim, points) for rim in rims]
     if rounding <= FINE_ROUNDING and not any(has_seam):
         return
-    is_free = np.zeros(len(points), dtype=np.bool_)
-    is_free[arrays.corner] = True
+    is_free = mask_of(arrays.corner, len(points))
     for rim in rims:
         is_free[rim.corner] = False
     numbers = np.flatnonzero(is_free)

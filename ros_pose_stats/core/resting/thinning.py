@@ -7,6 +7,7 @@ import numpy as np
 
 from ..kernels import elementary, principal_axes
 from ..kernels.body import convex_body, hull
+from ..mesh.arrays import mask_of
 from ..mesh.vectors import lengths, scatter
 from ..records import Array, Mask
 from .rims import Group, Outline, Rim
@@ -92,10 +93,9 @@ def _corners_of_flats(
     edge = points[arrays.corner[arrays.next_side]] - points[arrays.corner]
     edge /= lengths(edge)[:, None]
     turns = lengths(edge[arrays.next_side] - edge) > SHARP * step
-    is_corner = np.zeros(len(points), dtype=np.bool_)
     is_wide = arrays.area > step * face_width
-    is_corner[arrays.corner[arrays.next_side[turns & is_wide[arrays.face]]]] = True
-    return is_corner
+    turning_sides = arrays.next_side[turns & is_wide[arrays.face]]
+    return mask_of(arrays.corner[turning_sides], len(points))
 
 
 ENOUGH = 4000  # corners of a body that thinning aims at

@@ -23,6 +23,9 @@ from ..statistics.errors import standard_errors
 from . import chunks, drop_body, drops
 from .request import UNWATCHED, DropRequest, Watch, drop_request
 
+OnCount = Callable[[int, int], object] | None
+"""Takes the number done, and of all."""
+
 DEFAULT_FLIPS = 2000  # flips a pose: a share is told to a point
 
 LOWEST_KICK_RADII = 0.05
@@ -39,7 +42,7 @@ def simulate_flips(
     restitution: float = DEFAULT_RESTITUTION,
     seed: int | None = None,
     workers: int | None = None,
-    on_progress: Callable[[int, int], object] | None = None,
+    on_progress: OnCount = None,
     should_stop: Callable[[], bool] | None = None,
     *,
     cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
@@ -97,7 +100,7 @@ def count_flips(
     kick_height: float,
     per_pose: DropRequest,
     watch: Watch = UNWATCHED,
-    on_progress: Callable[[int, int], object] | None = None,
+    on_progress: OnCount = None,
 ) -> FlipStatistics:
     """Flip a part in a scene, out of each pose as requested; see `simulate_flips`."""
     begin = time.perf_counter()
@@ -151,7 +154,7 @@ def flips_by_kick(
     kicks: Iterable[float],
     per_pose: DropRequest,
     watch: Watch = UNWATCHED,
-    on_kick: Callable[[int, int], object] | None = None,
+    on_kick: OnCount = None,
 ) -> list[FlipStatistics]:
     """Flips at several kick heights, at the same points, as far as complete."""
     heights = sorted({check_kick(kick) for kick in kicks})
@@ -191,7 +194,7 @@ def _count_outcomes(
     kick: float,
     request: DropRequest,
     watch: Watch,
-    on_progress: Callable[[int, int], object] | None,
+    on_progress: OnCount,
 ) -> Index:
     """Flips (K, 1 + K) out of each pose: given up, and into each pose."""
     poses = len(body.resting.poses)

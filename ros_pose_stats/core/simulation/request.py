@@ -40,11 +40,14 @@ class DropRequest:
     events: int = 0
 
 
+OnProgress = Callable[[DropProgress], object] | None
+
+
 class Watch(NamedTuple):
     """Who follows a run of drops, and may end it."""
 
     # called in the caller's thread, some twenty times a second
-    on_progress: Callable[[DropProgress], object] | None = None
+    on_progress: OnProgress = None
     should_stop: Callable[[], bool] = lambda: False  # asked now and then
     # given all drops that count, in their order
     on_drops: "Callable[[DropChunk], object] | None" = None
@@ -54,7 +57,7 @@ class Watch(NamedTuple):
     @classmethod
     def from_callbacks(
         cls,
-        on_progress: Callable[[DropProgress], object] | None,
+        on_progress: OnProgress,
         should_stop: Callable[[], bool] | None,
         *options: Any,
     ) -> "Watch":

@@ -19,7 +19,14 @@ from ..statistics.prefix import Judge, Prefix, counted_shares, target_reached
 from .chunks import DropWorkers
 from .drop_body import drop_body
 from .drops import DropChunk, DropOutcomes, compute_drops, drop_rules, random_starts
-from .request import FEWEST_DROPS, UNWATCHED, DropRequest, Watch, drop_request
+from .request import (
+    FEWEST_DROPS,
+    UNWATCHED,
+    DropRequest,
+    OnProgress,
+    Watch,
+    drop_request,
+)
 
 
 def simulate(
@@ -31,7 +38,7 @@ def simulate(
     target_error: float = 0.0,
     workers: int | None = None,
     starts: ArrayLike | None = None,
-    on_progress: Callable[[DropProgress], object] | None = None,
+    on_progress: OnProgress = None,
     should_stop: Callable[[], bool] | None = None,
     *,
     on_drops: Callable[[DropChunk], object] | None = None,
