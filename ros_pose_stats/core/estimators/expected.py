@@ -168,7 +168,7 @@ def rocking_errors(resting: RestingPoses, probability: Array) -> Array:
     part may come to rest in.
     """
     curvature = np.square(resting.curves[0])
-    return (
+    return np.asarray(
         ROCKING_FACTOR
         * np.sqrt(probability)
         * np.abs(curvature - probability @ curvature)

@@ -179,7 +179,9 @@ def rolling_inputs(resting: RestingPoses) -> Array:
     sums = np.concatenate((np.zeros((1, 3)), measures[tree.face_order].cumsum(axis=0)))
     begin, end = tree.face_range[tree.leaf_range[nodes]].T
     component_sums = sums[end] - sums[begin]
-    return component_sums[:, 1:] / np.maximum(component_sums[:, :1], SMALLEST_ANGLE)
+    return np.asarray(
+        component_sums[:, 1:] / np.maximum(component_sums[:, :1], SMALLEST_ANGLE)
+    )
 
 
 def error_inputs(
@@ -233,8 +235,8 @@ def error_scale(resting: RestingPoses, probability: Array, answers: Array) -> Ar
     The first is the square error of a single drop, the second is for an estimate that
     is certain and wrong. Poses that symmetry makes equal count as one in p (1 - p).
     """
-    return single_drop_variance(resting, probability) + np.square(
-        probability - answers[1]
+    return np.asarray(
+        single_drop_variance(resting, probability) + np.square(probability - answers[1])
     )
 
 
@@ -256,4 +258,4 @@ def single_drop_variance(resting: RestingPoses, probability: Array) -> Array:
     group = resting.group
     group_share = np.bincount(group, probability)[group]
     size = np.bincount(group)[group]
-    return group_share * np.maximum(1.0 - group_share, 0.0) / (size * size)
+    return np.asarray(group_share * np.maximum(1.0 - group_share, 0.0) / (size * size))

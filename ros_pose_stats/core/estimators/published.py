@@ -9,7 +9,7 @@ from ..resting import convex_body, poses
 
 def normalize(weights: Array) -> Array:
     """Weights (P,) scaled to sum to 1."""
-    return weights / weights.sum()
+    return np.asarray(weights / weights.sum())
 
 
 def area(resting: poses.RestingPoses) -> Array:
@@ -125,7 +125,7 @@ def _redistribute(body: convex_body.ConvexBody, surface: Index) -> Array:
     net_flow = np.bincount(arrays.face, flow, body.faces) - np.bincount(
         giving_face, flow, body.faces
     )
-    return np.maximum(angle_share + net_flow, 0.0)
+    return np.asarray(np.maximum(angle_share + net_flow, 0.0))
 
 
 def _arctangents(values: Array) -> Array:

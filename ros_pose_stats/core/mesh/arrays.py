@@ -177,7 +177,7 @@ def sort_triangles(triangles: Index) -> Index:
     """Triangles in the order of their corners, whatever order a modeller had."""
     lowest_corner = triangles.argmin(axis=1)[:, None]
     rows = np.take_along_axis(triangles, (lowest_corner + np.arange(3)) % 3, axis=1)
-    return rows[np.lexsort(rows.T[::-1])]
+    return np.asarray(rows[np.lexsort(rows.T[::-1])])
 
 
 def coordinate_rounding(vertices: ArrayLike, triangles: NDArray[np.uint32]) -> float:

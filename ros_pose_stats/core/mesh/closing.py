@@ -152,7 +152,7 @@ def _cap(points: Array, loops: Sequence[Index]) -> Index:
 
     axes = _projection_axes(points, loops)
     projections = [(points[loop][:, :, None] * axes).sum(axis=1) for loop in loops]
-    return np.concatenate(loops)[triangulate(projections)]
+    return np.asarray(np.concatenate(loops)[triangulate(projections)])
 
 
 def _projection_axes(points: Array, loops: Sequence[Index]) -> Array:
@@ -180,7 +180,7 @@ def _area_vector(corners: Array) -> Array:
     """Normal of a loop (n, 3), as long as its area is large."""
     spokes = corners - corners[0]
     crosses: Array = np.cross(spokes, np.roll(spokes, -1, axis=0))
-    return crosses.sum(axis=0) / 2.0
+    return np.asarray(crosses.sum(axis=0) / 2.0)
 
 
 def _normal(corners: Array) -> Array:

@@ -18,13 +18,13 @@ def turn_vectors(vectors: Array, matrix: Array) -> Array:
     x = vectors[:, :1]
     y = vectors[:, 1:2]
     z = vectors[:, 2:]
-    return x * matrix[0] + y * matrix[1] + z * matrix[2]
+    return np.asarray(x * matrix[0] + y * matrix[1] + z * matrix[2])
 
 
 def lengths(vectors: Array) -> Array:
     """Lengths (n,) of vectors (n, 3)."""
     x, y, z = vectors.T
-    return np.sqrt(x * x + y * y + z * z)
+    return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -43,7 +43,7 @@ def length(vector: Array) -> float:
 def components_along(vectors: Array, axis: Array) -> Array:
     """Components (n,) of vectors (n, 3) along an axis."""
     x, y, z = vectors.T
-    return x * axis[0] + y * axis[1] + z * axis[2]
+    return np.asarray(x * axis[0] + y * axis[1] + z * axis[2])
 
 
 def area_vectors(points: Array, triangles: Corners) -> Array:

@@ -299,7 +299,7 @@ class Plate:
             + 60.0 / cell.rate * refilled
             + cell.pick_time * total
         )
-        return 60.0 * total / seconds
+        return np.asarray(60.0 * total / seconds)
 
     def _picks_error(
         self, picture_shares: Array, pick_chance: Array, kick: FlipStatistics | None

@@ -160,4 +160,4 @@ def _cover_raster(rings: Sequence[Array], turn: float, node: Array) -> Mask:
     )
     x, y = np.rint((edges - node[0]) / (node[1] - node[0])).astype(int).reshape(-1, 2).T
     is_covered[y, x] = True
-    return is_covered
+    return np.asarray(is_covered)

@@ -425,6 +425,6 @@ def log_likelihood(counts: Index, shares: Array) -> Array:
     total = 0.25 / np.square(SHARE_SCATTERS)[:, None, None] - 1.0
     alpha = expected * total
     normalization = gammaln(total + count.sum()) - gammaln(total)
-    return (gammaln(alpha + count) - gammaln(alpha)).sum(axis=-1) - normalization[
-        ..., 0
-    ]
+    return np.asarray(
+        (gammaln(alpha + count) - gammaln(alpha)).sum(axis=-1) - normalization[..., 0]
+    )

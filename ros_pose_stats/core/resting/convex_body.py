@@ -72,7 +72,7 @@ def foot_directions(body: ConvexBody, sides: Index) -> Array:
         begin
         + np.clip(-(begin * direction).sum(axis=1)[:, None], 0.0, length) * direction
     )
-    return foot / lengths(foot)[:, None]
+    return np.asarray(foot / lengths(foot)[:, None])
 
 
 def body_of(part: Part, round_sides: int) -> ConvexBody:

@@ -59,7 +59,9 @@ class Equilibria:
         """Corners (U, 3) at a maximum of r and R."""
         nearest_side = np.full(len(self.body.points), np.inf)
         np.minimum.at(nearest_side, self.body.arrays.corner, self.body.arrays.start)
-        return self.body.points[np.isfinite(nearest_side) & (nearest_side > TIP_MARGIN)]
+        return np.asarray(
+            self.body.points[np.isfinite(nearest_side) & (nearest_side > TIP_MARGIN)]
+        )
 
 
 def equilibria_of(part: Part, round_sides: int) -> Equilibria:

@@ -160,7 +160,9 @@ def _redraw_stretches(
 def _between_ends(points: Array, group: Group, numbers: Index, angle: Array) -> Index:
     """Those of some points that lie between the ends of a stretch."""
     angles = group.angles(points[numbers]) - angle[0]
-    return numbers[angles - TURN * np.floor(angles / TURN) < angle[-1] - angle[0]]
+    return np.asarray(
+        numbers[angles - TURN * np.floor(angles / TURN) < angle[-1] - angle[0]]
+    )
 
 
 def _may_change(stretch: Stretch, can_roll: bool, step: float) -> bool:
@@ -247,7 +249,7 @@ def _regular_angles(
 def _on_circle(group: Group, height: float, radius: float, angles: Array) -> Array:
     sine, cosine = sines_cosines(np.ascontiguousarray(angles))
     x_axis, y_axis, axis = group.frame
-    return (
+    return np.asarray(
         group.center
         + height * axis
         + radius * (cosine[:, None] * x_axis + sine[:, None] * y_axis)

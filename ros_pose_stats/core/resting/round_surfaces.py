@@ -174,7 +174,7 @@ def _on_surface(part: Part, ends: Index, tolerance: float) -> Mask:
         np.argsort(edge_vertices, kind="stable"),
         tolerance,
     )
-    return touches == 2
+    return np.asarray(touches == 2)
 
 
 def _median(values: Array) -> float:
@@ -238,4 +238,6 @@ def _crosses_others(ends: Index, runs: Runs, count: int) -> Mask:
         (uses[ends[:, 0]] > 1).astype(np.int64), runs.start[:-1]
     )
     crossings += uses[end_corner] > 1
-    return (runs.closed == 0) & (crossings >= ROUND_SHARE * (np.diff(runs.start) + 1))
+    return np.asarray(
+        (runs.closed == 0) & (crossings >= ROUND_SHARE * (np.diff(runs.start) + 1))
+    )

@@ -106,7 +106,7 @@ def spur_gear(teeth: int, module: float) -> Outline:
     turns = np.stack(
         (np.stack((cos, sin), axis=-1), np.stack((-sin, cos), axis=-1)), axis=1
     )
-    return (tooth @ turns).reshape(-1, 2)
+    return np.asarray((tooth @ turns).reshape(-1, 2))
 
 
 def prism(sides: int, radius: float, length: float) -> Surface:

@@ -291,7 +291,11 @@ class Kicks:
         share = np.clip((pose + draws[:, 0] - self.begin[triangle]) / size, 0.0, 1.0)
         outward_share = np.sqrt(share)[:, None]
         side_share = draws[:, 1:]
-        return self.corner[triangle] + outward_share * (
-            (1.0 - side_share) * self.first[triangle]
-            + side_share * self.second[triangle]
+        return np.asarray(
+            self.corner[triangle]
+            + outward_share
+            * (
+                (1.0 - side_share) * self.first[triangle]
+                + side_share * self.second[triangle]
+            )
         )

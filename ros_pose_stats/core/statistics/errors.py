@@ -139,7 +139,7 @@ def largest_error(
         edges = limits[:, None, None]
         probability = ndtr((edges - center) / scale) - ndtr((-edges - center) / scale)
         joint_probability = probability.prod(axis=2) ** exponent
-        return joint_probability @ np.asarray(weight, dtype=np.float64)
+        return np.asarray(joint_probability @ np.asarray(weight, dtype=np.float64))
 
     strides = int(np.searchsorted(probability_within(bounds[::STRIDE]), level, "right"))
     limits = bounds[STRIDE * max(strides - 1, 0) :][: STRIDE + 1]

@@ -333,4 +333,4 @@ def _evidence(model: Array, group_counts: Array | Index, size: Array) -> Array:
     total = STRENGTHS[:, None] * size
     cells = gammaln(prior + group_counts[row, column]) - gammaln(prior)
     rows = gammaln(total) - gammaln(total + group_counts.sum(axis=1))
-    return cells.sum(axis=1) + rows.sum(axis=1)
+    return np.asarray(cells.sum(axis=1) + rows.sum(axis=1))

@@ -256,4 +256,4 @@ def _interval_begin(nodes: Array, mass: Array, level: float) -> float:
 
 
 def _cumulative_mass(weight: Array, alpha: Array, beta: Array, x: Array) -> Array:
-    return (weight * betainc(alpha, beta, x)).sum(axis=0)
+    return np.asarray((weight * betainc(alpha, beta, x)).sum(axis=0))

@@ -186,7 +186,7 @@ class PosePrior:
 
     def _order(self, unit_counts: Array) -> Index:
         """Rare units first; where estimates are equal, those seen less."""
-        return np.lexsort((unit_counts, self.mean))
+        return np.asarray(np.lexsort((unit_counts, self.mean)))
 
     def _count_units(self, counts: ArrayLike) -> Array:
         pose_counts = np.asarray(counts, dtype=np.float64)
@@ -221,7 +221,7 @@ def _thin_rare_units(unit_probability: Array, size: Index, overrated: float) -> 
     total = max(float((thinned * size).sum()), PROBABILITY_FLOOR)
     floor = min(PROBABILITY_FLOOR, LARGEST_FLOOR_SHARE / size.sum())
     floored = np.maximum(thinned / total, floor) * size
-    return floored / floored.sum()
+    return np.asarray(floored / floored.sum())
 
 
 FALSE_ALARM_CHANCE = 0.002
