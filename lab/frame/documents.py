@@ -71,15 +71,9 @@ def points(fraction: float, digits: int = 1) -> str:
 
 
 def with_error(fraction: float, error: float, digits: int = 2) -> str:
-    """A fraction and its standard error in percentage points."""
-    return plus_minus(100.0 * fraction, 100.0 * error, digits)
-
-
-def plus_minus(value: float, error: float, digits: int) -> str:
-    """A number and its standard error, where that is known."""
-    return f"{value:.{digits}f}" + (
-        "" if math.isnan(error) else f" ± {error:.{digits}f}"
-    )
+    """A fraction and its standard error, where that is known, in percentage points."""
+    text = points(fraction, digits)
+    return text if math.isnan(error) else f"{text} ± {points(error, digits)}"
 
 
 def _line(row: Sequence[str], widths: Sequence[int]) -> str:

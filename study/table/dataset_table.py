@@ -18,7 +18,6 @@ from ros_pose_stats.core.simulation.simulate import simulate
 
 from .. import paper
 from ..dataset import Dataset
-from ..errors.calibration import calibration
 from ..errors.partition import accuracy, noise_of, sensitivity
 from ..errors.simulated_poses import SimulatedPoses, pooled
 from ..estimates import restings, scene_estimates
@@ -104,13 +103,6 @@ def _compared(
         },
         sensitivity=difference,
         combined=combined_row(dataset, poses, first) if spec.drops > first else None,
-        calibration={
-            restitution: calibration(
-                of_first[restitution], dataset.remaining_drops(restitution, first)
-            )
-            for restitution in spec.restitutions
-            if spec.drops > first
-        },
         refits=tuple(refits(_first_estimates(estimates), all_drops, single)),
         outliers=(),
         estimates=estimates,

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from lab.frame.documents import plain
 
 from ..dataset import DatasetSpec
-from ..errors.calibration import Calibration
 from ..errors.partition import Accuracy, Noise
 
 Array = NDArray[np.float64]
@@ -128,8 +127,6 @@ class TableResults:
         Of the lowest restitution's probabilities against the highest's.
     combined : CombinedRow or None
         Of hybrid with the first drops, against all others; None where there are no others.
-    calibration : dict of float to Calibration
-        The first drops against all others; empty where there are no others.
     refits : tuple of Refit
         Empty where there are too few bodies to fit anything to.
     outliers : tuple of Outlier
@@ -146,7 +143,6 @@ class TableResults:
     pooled_noise: Noise
     sensitivity: Accuracy | None
     combined: CombinedRow | None
-    calibration: dict[float, Calibration]
     refits: tuple[Refit, ...]
     outliers: tuple[Outlier, ...]
     estimates: dict[float, dict[str, Array]]
@@ -168,7 +164,6 @@ class TableResults:
             "noise_of_100": plain(self.noise),
             "pooled_noise_of_100": plain(self.pooled_noise),
             "sensitivity": plain(self.sensitivity),
-            "calibration_of_first": plain(self.calibration),
             "refits": plain(self.refits),
             "outliers": plain(self.outliers),
             "seconds": self.seconds,

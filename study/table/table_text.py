@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lab.frame.documents import markdown_table, plus_minus, points, with_error
+from lab.frame.documents import markdown_table, points, with_error
 
 from .. import paper
 from .table_results import Range, TableResults
@@ -32,11 +32,6 @@ def _sections(results: TableResults) -> Iterator[str]:
         yield (
             "Fitted anew to this dataset (± standard error); errors in points with the "
             "published numbers and with the fitted ones:\n\n" + _refits(results)
-        )
-    if results.calibration:
-        yield (
-            f"Whether standard errors and 90 % intervals of {results.first} drops fit "
-            f"the other {spec.drops - results.first}:\n\n" + _calibration(results)
         )
     if results.outliers:
         yield (
@@ -156,20 +151,6 @@ def _refits(results: TableResults) -> str:
     return markdown_table(
         ("", "published", "fitted", "error, published", "error, fitted"), rows
     )
-
-
-def _calibration(results: TableResults) -> str:
-    rows = [
-        (
-            f"ρ = {restitution:g}",
-            plus_minus(calibration.z_rms, calibration.z_rms_error, 3),
-            f"{calibration.expected_z_rms:.3f}",
-            f"{with_error(calibration.coverage, calibration.coverage_error, 1)} %",
-            f"{100 * calibration.expected_coverage:.1f} %",
-        )
-        for restitution, calibration in results.calibration.items()
-    ]
-    return markdown_table(("", "rms of z", "expected", "coverage", "expected"), rows)
 
 
 def _outliers(results: TableResults) -> str:

@@ -115,11 +115,8 @@ def write(file, bodies, **changes):
     return file
 
 
-def drawn(file, bodies, probability, seed, drops=1000, overdispersed=1.0):
-    """A dataset of the same bodies, its counts drawn from probabilities (P,).
-
-    The variance of the counts is `overdispersed` times the binomial one.
-    """
+def drawn(file, bodies, probability, seed, drops=1000):
+    """A dataset of the same bodies, its counts drawn from probabilities (P,)."""
     random = np.random.default_rng(seed)
     blocks = np.diff([0, *range(100, drops, 100), drops])
     restitutions = bodies.spec["restitutions"]
@@ -136,10 +133,6 @@ def drawn(file, bodies, probability, seed, drops=1000, overdispersed=1.0):
         for r in range(len(restitutions)):
             for k, size in enumerate(blocks):
                 p = probability[span]
-                if overdispersed > 1.0:  # Dirichlet-multinomial
-                    p = random.dirichlet(
-                        (size - overdispersed) / (overdispersed - 1.0) * p
-                    )
                 empty[:, r, k] = random.multinomial(size, p / p.sum())
         counts.append(empty)
     settled = np.broadcast_to(
