@@ -16,7 +16,7 @@ BENCHMARKS = Page(
     """# Benchmarks
 
 Written by `python -m lab.benchmarks.core --write`, and so by `lab.benchmarks.start`,
-`lab.benchmarks.drops`, `lab.benchmarks.real_files`, `lab.benchmarks.feeding`,
+`lab.benchmarks.drops`, `lab.benchmarks.real_files`,
 `lab.training.expected_errors`, `lab.benchmarks.auto`, `lab.benchmarks.checked` and
 `lab.benchmarks.node`, from `docs/measured/numbers/*.json`; edits here are lost.
 The machine was shared while these ran: contenders took turns within one run, so the
@@ -30,7 +30,6 @@ linear algebra library wait for each other, which `OPENBLAS_NUM_THREADS=1` avoid
         "start",
         "drops",
         "real_files",
-        "feeding",
         "expected_errors",
         "auto",
         "checked",

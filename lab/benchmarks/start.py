@@ -8,7 +8,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
@@ -32,7 +31,6 @@ COMPILE_WALL = 35.0
 COMMAND = "ros_pose_stats estimate clamp.stl --unit mm"
 DROPPING = "ros_pose_stats simulate clamp.stl --unit mm --drops 1000"
 LIBRARIES = "numpy, scipy.spatial, numba"
-MOST_PACKAGES = 8
 
 WALL = (
     "Wall time of whole processes in turn, from start to exit, files in the page cache "
@@ -42,12 +40,6 @@ WALL = (
 COMPILING = (
     "`ros_pose_stats compile` with an empty cache, as `make setup` runs it: every "
     "kernel, on all cores. CPU: of all its processes. Once."
-)
-IMPORTS = (
-    "`python -X importtime` of the same command, warm: time spent in the modules of "
-    "each package themselves, and the share of the process's wall time in that run. "
-    "The trace itself costs some percent. All but imports: the interpreter's start and "
-    "end, reading machine code, and the estimate."
 )
 
 
@@ -84,19 +76,7 @@ def measure(runs: int, part: Path, cache: Path) -> tuple[Section, ...]:
         [Contender(name, _caller(call, cache)) for name, call in calls.items()],
         Pace(runs, 600.0),
     )
-    traced = [sys.executable, "-X", "importtime", "-m", "ros_pose_stats", *estimate]
-    return compiling, _wall_section(first, warm), _import_section(runs, traced, cache)
-
-
-def by_package(trace: str) -> Counter[str]:
-    """Microseconds in the modules of each top-level package, from an import trace."""
-    spent: Counter[str] = Counter()
-    for line in trace.splitlines():
-        microseconds, _, columns = line.removeprefix("import time:").partition("|")
-        if line.startswith("import time:") and microseconds.strip().isdigit():
-            module = columns.partition("|")[2].strip()
-            spent[module.partition(".")[0]] += int(microseconds)
-    return spent
+    return compiling, _wall_section(first, warm)
 
 
 def _caller(call: list[str], cache: Path) -> Callable[[object], object]:
@@ -170,47 +150,6 @@ def _wall_section(first: Timings, warm: Timings) -> Section:
         )
     )
     return Section("start", "Start of the command", WALL, tuple(rows))
-
-
-def _import_section(runs: int, traced: list[str], cache: Path) -> Section:
-    """Packages by the time their modules take, in the run of median length."""
-    runs_traced = []
-    for _ in range(runs):
-        traces: list[str] = []
-        took = race(
-            [
-                Contender(
-                    "traced",
-                    lambda _, traces_kept=traces: traces_kept.append(
-                        _process(traced, cache)
-                    ),
-                )
-            ],
-            Pace(1, 1.0),
-        ).median("traced")
-        runs_traced.append((took, traces[0]))
-    wall, trace = sorted(runs_traced)[len(runs_traced) // 2]
-    spent = by_package(trace)
-    largest = spent.most_common(MOST_PACKAGES)
-    imports = sum(spent.values())
-    whole = round(1e6 * wall)
-    others = imports - sum(microseconds for _, microseconds in largest)
-    cells = [
-        *largest,
-        ("all other modules", others),
-        ("all imports", imports),
-        ("all but imports", whole - imports),
-        ("whole process", whole),
-    ]
-    return Section(
-        "imports",
-        "Imports of the command",
-        IMPORTS,
-        tuple(
-            Row(name, {"ms": microseconds / 1e3, "share": microseconds / whole})
-            for name, microseconds in cells
-        ),
-    )
 
 
 def measure_here(runs: int) -> tuple[Section, ...]:

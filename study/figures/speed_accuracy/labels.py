@@ -131,9 +131,9 @@ class Labels:
             return
         anchors = _positions(estimators)
         pixels = self.axes.transData.transform(anchors)
-        low, high = self.axes.bbox.intervaly / self.unit
+        bounds = self.axes.bbox.padded(-0.6 * LINE * self.unit)
         heights = separate(
-            pixels[:, 1] / self.unit, LINE, low + 0.6 * LINE, high - 0.6 * LINE
+            pixels[:, 1] / self.unit, LINE, bounds.y0 / self.unit, bounds.y1 / self.unit
         )
         column = self.marks[:, 0].min() / self.unit - LEADER
         offsets = np.column_stack((np.full(len(heights), column), heights))
@@ -162,7 +162,7 @@ class Labels:
     def _write(self, text: str, anchor: Array, **style: Any) -> Annotation:
         return self.axes.annotate(
             text,
-            anchor,
+            (anchor[0], anchor[1]),
             textcoords="offset points",
             fontsize=SIZE,
             annotation_clip=False,
