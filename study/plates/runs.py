@@ -7,7 +7,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,10 +32,7 @@ OBSERVED_REPEATS = 2
 
 AS_FILED = Numbering(0.0, 0)  # of dice: every face, as it is
 
-STEEPNESSES = np.linspace(-4.0, 12.0, 321)
-"""Factors of the height over the root of the volume that are looked at."""
-
-METHODS = ("default", "fit", "all others", "best scene", "Gibbs", "split × tilt")
+METHODS = ("default", "fit", "all others", "best scene")
 
 
 @dataclass(frozen=True)
@@ -73,15 +69,6 @@ class PlateResults:
     seed: int
 
 
-class Candidate(NamedTuple):
-    """A part with all its counts, and what needs no fit."""
-
-    counted: CountedPart
-    default: Array  # (G,); shares of the groups by `split` in the default scene
-    height: Array  # (G,); over the cube root of the volume
-    size: Array  # (G,); poses of each
-
-
 def plates(
     splits: int = 20, seed: int = 1, *, say: Say = lambda _: None
 ) -> PlateResults:
@@ -99,7 +86,7 @@ def plates(
     judged = [
         judge_plate(
             "Budden's dice",
-            [_candidate(counted_die(die)) for die in DICE],
+            [counted_die(die) for die in DICE],
             10_000,
             splits,
             (seed, 0),
@@ -108,7 +95,7 @@ def plates(
     ]
     for number, counts in enumerate(read_counts()):
         parts = [
-            _candidate(count_part(part, dict(enumerate(count))))
+            count_part(part, dict(enumerate(count)))
             for part, count in zip(study_parts(), counts, strict=True)
         ]
         judged.append(
@@ -128,7 +115,7 @@ def plates(
 
 def judge_plate(
     name: str,
-    parts: Sequence[Candidate],
+    parts: Sequence[CountedPart],
     limit: int,
     splits: int,
     seed: tuple[int, ...],
@@ -136,46 +123,38 @@ def judge_plate(
 ) -> PlateErrors:
     """Fit to at most so many counts of each of five parts, and predict the others."""
     squares: dict[str, list[float]] = {method: [] for method in METHODS}
-    grid = SceneGrid(
-        [part.counted.resting.body.radius for part in parts], ROUND_SIDES[:1]
-    )
-    explained = [ExplainedPart(part.counted, grid) for part in parts]
+    grid = SceneGrid([part.resting.body.radius for part in parts], ROUND_SIDES[:1])
+    explained = [ExplainedPart(part, grid) for part in parts]
     squares["best scene"] = [
         min(
             float(np.mean([part.square_error(scene_index) for part in explained]))
             for scene_index in range(grid.prior.size)
         )
     ]
-    by_digest = {part.counted.part.digest: part.counted for part in parts}
+    by_digest = {part.part.digest: part for part in parts}
     for fitted_part in fit_plate(list(by_digest.values())).parts:
         counted = by_digest[fitted_part.part_digest]
         share = np.bincount(counted.resting.group, fitted_part.left_out).astype(
             np.float64
         )
         squares["all others"].append(_square_error(counted.by_group, share))
+    defaults = [shares_in(part, DropScene()) for part in parts]
     plate_errors = []
     weights = []
     for split_number in range(splits):
         random = np.random.default_rng((*seed, split_number))
         order = random.permutation(len(parts))
         chosen = [_draw_counts(parts[k], limit, random) for k in order[:FITTED]]
-        fit = fit_plate([part.counted for part in chosen])
+        fit = fit_plate(chosen)
         height = fit.drop_height[0]
         scene = DropScene(fit.restitution[0], height if height > 0.0 else None)
-        gibbs = _likeliest(
-            chosen, lambda part, steepness: part.size * np.exp(-steepness * part.height)
-        )
-        tilt = _likeliest(chosen, _tilted)
         plate_errors.append(fit.plate_error)
         weights.append(fit.default_weight)
-        for part in (parts[k] for k in order[FITTED:]):
-            for method, share in (
-                ("default", part.default),
-                ("fit", shares_in(part.counted, scene)),
-                ("Gibbs", _normal(part.size * np.exp(-gibbs * part.height))),
-                ("split × tilt", _normal(_tilted(part, tilt))),
-            ):
-                squares[method].append(_square_error(part.counted.by_group, share))
+        for k in order[FITTED:]:
+            counts = parts[k].by_group
+            squares["default"].append(_square_error(counts, defaults[k]))
+            fitted = shares_in(parts[k], scene)
+            squares["fit"].append(_square_error(counts, fitted))
     errors = {
         method: math.sqrt(max(float(np.mean(values)), 0.0))
         for method, values in squares.items()
@@ -198,58 +177,17 @@ def shares_in(counted: CountedPart, scene: DropScene) -> Array:
     return share.astype(np.float64)
 
 
-def _candidate(counted: CountedPart) -> Candidate:
-    resting = counted.resting
-    size = np.bincount(resting.group).astype(np.float64)
-    height = np.bincount(resting.group, [pose.height for pose in resting.poses]) / size
-    vertices = counted.part.vertices[counted.part.triangles]
-    volume = float(np.linalg.det(vertices).sum()) / 6.0
-    return Candidate(
-        counted,
-        shares_in(counted, DropScene()),
-        height / abs(volume) ** (1.0 / 3.0),
-        size,
-    )
-
-
 def _draw_counts(
-    candidate: Candidate, limit: int, random: np.random.Generator
-) -> Candidate:
-    """The same with at most so many of its counts."""
-    count = candidate.counted.counts
+    counted: CountedPart, limit: int, random: np.random.Generator
+) -> CountedPart:
+    """The same part with at most so many of its counts."""
+    count = counted.counts
     sample = random.multivariate_hypergeometric(count, min(limit, int(count.sum())))
-    return candidate._replace(
-        counted=count_part(
-            candidate.counted.part,
-            dict(enumerate(sample.tolist())),
-            **candidate.counted.numbering._asdict(),
-        )
+    return count_part(
+        counted.part,
+        dict(enumerate(sample.tolist())),
+        **counted.numbering._asdict(),
     )
-
-
-def _tilted(candidate: Candidate, steepness: float) -> Array:
-    return np.asarray(candidate.default * np.exp(-steepness * candidate.height))
-
-
-def _normal(weight: Array) -> Array:
-    return np.asarray(weight / weight.sum())
-
-
-def _likeliest(
-    parts: Sequence[Candidate], weigh: Callable[[Candidate, float], Array]
-) -> float:
-    """The steepness at which the shares explain the counts best."""
-    fits = [
-        sum(
-            float(
-                part.counted.by_group
-                @ np.log(np.maximum(_normal(weigh(part, steepness)), 1e-12))
-            )
-            for part in parts
-        )
-        for steepness in STEEPNESSES.tolist()
-    ]
-    return float(STEEPNESSES[int(np.argmax(fits))])
 
 
 def _square_error(counts: NDArray[np.int64], expected: Array) -> float:
