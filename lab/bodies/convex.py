@@ -11,7 +11,7 @@ from ros_pose_stats.core.mesh.mass_properties import solid_of
 from ros_pose_stats.core.shapes.profiles import unit_circle
 
 from .shapes import hull_mesh
-from .solids import Solid, block, extruded
+from .solids import Solid, around, cube, extruded, tapered
 from .turned import rounds
 
 
@@ -31,19 +31,10 @@ def plates(draw: Generator) -> list[Solid]:
     edges.
     """
     corners = int(draw.integers(3, 9))
-    turn = (np.arange(corners) + draw.uniform(-0.35, 0.35, corners)) * (
-        2 * math.pi / corners
-    )
-    outline = np.stack([np.cos(turn), np.sin(turn)], axis=1) * (
-        1.0,
-        draw.uniform(0.4, 1.0),
-    )
+    outline = around(corners, 0.35, draw) * (1.0, draw.uniform(0.4, 1.0))
     thick = float(np.exp(draw.uniform(math.log(0.08), math.log(1.0))))
     if draw.random() < 0.4:
-        top = np.column_stack(
-            (outline * draw.uniform(0.5, 0.95), np.full(corners, thick))
-        )
-        return [Solid(np.vstack((np.column_stack((outline, np.zeros(corners))), top)))]
+        return [tapered(outline, ((1.0, 0.0), (draw.uniform(0.5, 0.95), thick)))]
     return [extruded(outline, 0.0, thick)]
 
 
@@ -103,8 +94,5 @@ def weighted(draw: Generator) -> list[Solid]:
         share = draw.dirichlet(np.full(corners.shape[0], draw.choice([0.1, 1.0])))
         center = 0.97 * share @ corners + 0.03 * corners.mean(axis=0)
         mass = volume * draw.uniform(0.1, 1.5)
-        low = center - 0.5 * size
-        high = center + 0.5 * size
-        weight = block((low[0], low[1], low[2]), (high[0], high[1], high[2]))
-        solids.append(Solid(weight.corners, mass / size**3))
+        solids.append(cube(center, 0.5 * size, mass / size**3))
     return solids

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
 
-from . import shapes
+from . import exports, shapes
 
 FEW = (1.0, 0.7, 0.5)
 """Semi-axes of an ellipsoid on which few facets are stable."""
@@ -26,7 +26,6 @@ ROUNDED_AXES = np.array((1.0, 0.8, 0.6))
 _CUTS = np.array(
     ((0.64, 0.66, 0.65), (0.67, 0.63, 0.66))
 )  # unequal: no symmetry, no ties
-_FLATS = np.array(((0.86, 0.80, 0.74), (0.83, 0.77, 0.71)))
 
 
 class Body(NamedTuple):
@@ -116,44 +115,6 @@ def _corner(side: NDArray[np.int64], fineness: int) -> NDArray[np.float64]:
     return np.sqrt(squares) * (2 * side - 1)
 
 
-def flattened_ellipsoid(vertices: int) -> Body:
-    """Ellipsoid with six separate flats around its axes, most of it still curved.
-
-    Six stable faces from 200 vertices on; the curved points are a Fibonacci lattice.
-    The number of vertices is met to about a tenth, closer for many.
-    """
-    rims = np.vstack(
-        [
-            _rim(axis, side, max(4, round(0.62 * vertices**0.5)))
-            for axis in range(3)
-            for side in range(2)
-        ]
-    )
-    limit = np.cos(
-        np.arccos(_FLATS) + (np.pi / vertices) ** 0.5
-    )  # leave a gap to the rims
-    curved = 1.0 - float(((1.0 - limit) / 2.0).sum())
-    k = np.arange(int((vertices - len(rims)) / curved)) + 0.5
-    z = 1.0 - 2.0 * k / k.size
-    turn = k * np.pi * (1.0 + 5.0**0.5)
-    radius = np.sqrt(1.0 - z * z)
-    lattice = np.column_stack((radius * np.cos(turn), radius * np.sin(turn), z))
-    outside = (lattice < limit[1]).all(axis=1) & (-lattice < limit[0]).all(axis=1)
-    points = np.vstack((rims, lattice[outside])) * ROUNDED_AXES
-    return Body("flattened ellipsoid", *shapes.hull_mesh(points))
-
-
-def _rim(axis: int, side: int, points: int) -> NDArray[np.float64]:
-    """Points on the circle in which a plane cuts the unit sphere."""
-    height = _FLATS[side, axis]
-    turn = 2.0 * np.pi * (np.arange(points) + 0.25 + 0.11 * axis) / points
-    rim = np.empty((points, 3))
-    rim[:, axis] = (2 * side - 1) * height
-    rim[:, (axis + 1) % 3] = (1.0 - height**2) ** 0.5 * np.cos(turn)
-    rim[:, (axis + 2) % 3] = (1.0 - height**2) ** 0.5 * np.sin(turn)
-    return rim
-
-
 def cut_ball(
     subdivisions: int, axes: Sequence[float] = (1.0, 1.0, 1.0), height: float = 0.7
 ) -> shapes.Surface:
@@ -176,31 +137,15 @@ def ring_of(triangles: int) -> Body:
     """Flat elliptic ring, a torus: half of its vertices are on the hull."""
     sides = max(3, round((triangles / 10) ** 0.5))
     sections = max(3, triangles // (2 * sides))
-    turn = 2.0 * np.pi * np.arange(sections)[:, None] / sections
-    tube = 2.0 * np.pi * np.arange(sides)[None, :] / sides
-    radius = 1.0 + 0.3 * np.cos(tube)
-    vertices = np.stack(
-        (
-            radius * np.cos(turn),
-            0.8 * radius * np.sin(turn),
-            np.broadcast_to(0.2 * np.sin(tube), (sections, sides)),
-        ),
-        axis=-1,
-    )
-    i, j = (grid.ravel() for grid in np.indices((sections, sides)))
-    corner = i * sides + j
-    neighbour = i * sides + (j + 1) % sides
-    next_corner, next_neighbour = (
-        (i + 1) % sections * sides + k for k in (j, (j + 1) % sides)
-    )
-    corners = np.stack(
-        (corner, next_corner, next_neighbour, corner, next_neighbour, neighbour),
-        axis=-1,
+    tube = exports.circle(sides)
+    vertices, corners = exports.turned(
+        np.column_stack((1.0 + 0.3 * np.cos(tube), 0.2 * np.sin(tube))),
+        exports.circle(sections),
     )
     return Body(
-        f"ring, {len(corner) * 2} triangles",
-        LENGTH * vertices.reshape(-1, 3),
-        corners.reshape(-1, 3),
+        f"ring, {len(corners)} triangles",
+        LENGTH * vertices * (1.0, 0.8, 1.0),
+        corners,
     )
 
 

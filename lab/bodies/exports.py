@@ -48,22 +48,19 @@ def turned(profile, angles):
     return np.vstack(points), np.vstack(triangles)
 
 
-def extruded(outline, length):
+def extruded(outline, length, chamfer=0.0):
     """Prism over a star-shaped outline (n, 2), counter-clockwise, along z."""
-    n = len(outline)
-    here = np.arange(n)
-    there = (here + 1) % n
-    low, high = (np.column_stack((outline, np.full(n, z))) for z in (0.0, length))
-    middle = outline.mean(axis=0)
-    vertices = np.vstack((low, high, [(*middle, 0.0), (*middle, length)]))
-    return vertices, np.vstack(
-        (
-            np.column_stack((here, there, there + n)),
-            np.column_stack((here, there + n, here + n)),
-            np.column_stack((there, here, np.full(n, 2 * n))),
-            np.column_stack((here + n, there + n, np.full(n, 2 * n + 1))),
-        )
-    )
+    middle = outline.mean(axis=0) if not chamfer else (0.0, 0.0)
+    levels = [(1.0, 0.0), (1.0, length)]
+    if chamfer:
+        levels = [
+            (1.0 - chamfer, 0.0),
+            (1.0, chamfer),
+            (1.0, length - chamfer),
+            (1.0 - chamfer, length),
+        ]
+    rings = [np.insert(outline * scale, 2, level, axis=1) for scale, level in levels]
+    return shapes.lofted(np.array(rings), [(*middle, 0.0), (*middle, length)])
 
 
 def cylinder(sides, height, start=0.0):
@@ -178,41 +175,7 @@ def gear(teeth, tip=0.5, length=0.4, chamfer=0.0):
             (r * np.cos(angle + s * pitch), r * np.sin(angle + s * pitch))
             for r, s in corners
         ]
-    outline = np.array(outline)
-    return (
-        _chamfered(outline, length, chamfer) if chamfer else extruded(outline, length)
-    )
-
-
-def _chamfered(outline, length, chamfer):
-    n = len(outline)
-    small = outline * (1.0 - chamfer)
-    corner = np.arange(n)
-    next_corner = (corner + 1) % n
-    levels = [
-        (small, 0.0),
-        (outline, chamfer),
-        (outline, length - chamfer),
-        (small, length),
-    ]
-    vertices = np.vstack(
-        [np.column_stack((xy, np.full(n, z))) for xy, z in levels]
-        + [[(0.0, 0.0, 0.0), (0.0, 0.0, length)]]
-    )
-    walls = [
-        np.vstack(
-            (
-                np.column_stack((k + corner, k + next_corner, k + n + next_corner)),
-                np.column_stack((k + corner, k + n + next_corner, k + n + corner)),
-            )
-        )
-        for k in (0, n, 2 * n)
-    ]
-    ends = [
-        np.column_stack((next_corner, corner, np.full(n, 4 * n))),
-        np.column_stack((corner + 3 * n, next_corner + 3 * n, np.full(n, 4 * n + 1))),
-    ]
-    return vertices, np.vstack(walls + ends)
+    return extruded(np.array(outline), length, chamfer)
 
 
 def notched_disc(sides, width=12.0, depth=0.2, length=0.5, start=0.0):
@@ -243,16 +206,3 @@ def slot(sides, straight=1.0, length=0.4):
     half = np.linspace(-0.5 * np.pi, 0.5 * np.pi, sides // 2 + 1)
     right = np.column_stack((0.5 * straight + 0.5 * np.cos(half), 0.5 * np.sin(half)))
     return extruded(np.vstack((right, -right)), length)
-
-
-def lobed(sides, lobes=3, length=0.5):
-    """A knob: round lobes about a triangle, joined by straight sides."""
-    each = round(sides / lobes)
-    outline = []
-    for middle in circle(lobes):
-        arc = middle + np.linspace(-np.pi / lobes, np.pi / lobes, each + 1)
-        outline.append(
-            0.6 * np.array([np.cos(middle), np.sin(middle)])
-            + 0.4 * np.column_stack((np.cos(arc), np.sin(arc)))
-        )
-    return extruded(np.vstack(outline), length)

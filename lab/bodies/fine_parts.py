@@ -5,6 +5,8 @@ from manifold3d import CrossSection, Manifold, Mesh64
 
 from ros_pose_stats.core.shapes.profiles import unit_circle
 
+from .shapes import lofted
+
 TEETH = 60
 TIP = 0.031
 ROOT = 0.0265
@@ -59,32 +61,11 @@ def screw(sides=64):
     flank = np.clip(1.3 - 1.6 * np.abs(2.0 * phase - 1.0), 0.0, 1.0)
     radii = CORE + (CREST - CORE) * flank
     corners = np.stack(
-        [
-            radii * np.cos(angles),
-            radii * np.sin(angles),
-            np.broadcast_to(heights, radii.shape),
-        ],
+        np.broadcast_arrays(radii * np.cos(angles), radii * np.sin(angles), heights),
         axis=2,
-    ).reshape(-1, 3)
+    )
     ends = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, heights[-1, 0]]])
-    corner = np.arange(rings * sides)
-    neighbour = corner // sides * sides + (corner + 1) % sides
-    rim = np.arange(sides)
-    next_corner = (np.arange(sides) + 1) % sides
-    last = rings * sides
-    middle = len(corners)
-    triangles = np.concatenate(
-        [
-            np.stack([corner, neighbour, neighbour + sides], axis=1),
-            np.stack([corner, neighbour + sides, corner + sides], axis=1),
-            np.stack([np.full(sides, middle), next_corner, rim], axis=1),
-            np.stack(
-                [np.full(sides, middle + 1), last + rim, last + next_corner], axis=1
-            ),
-        ]
-    )
-    shank = Manifold(
-        Mesh64(np.concatenate([corners, ends]), triangles.astype(np.uint64))
-    )
+    vertices, triangles = lofted(corners, ends)
+    shank = Manifold(Mesh64(vertices, triangles.astype(np.uint64)))
     head = Manifold.extrude(CrossSection([0.0075 * unit_circle(6)]), 0.0053)
     return surface(shank + head.translate((0.0, 0.0, -0.0053)))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ros_pose_stats.core.shapes.profiles import unit_circle
 
 from .solids import Solid, block, extruded
+from .turned import disc
 
 Array = NDArray[np.float64]
 
@@ -44,9 +45,7 @@ def shaft(draw: Generator) -> list[Solid]:
     level = 0.0
     for _ in range(int(draw.integers(2, 5))):
         length = float(draw.uniform(0.15, 1.0))
-        solids.append(
-            _round(sides, float(draw.uniform(0.2, 0.7)), level, level + length)
-        )
+        solids.append(disc(sides, float(draw.uniform(0.2, 0.7)), level, level + length))
         level += length
     return solids
 
@@ -54,7 +53,7 @@ def shaft(draw: Generator) -> list[Solid]:
 def bolt(draw: Generator) -> list[Solid]:
     """A polygonal head on a shank."""
     head = float(draw.uniform(0.15, 0.6))
-    shank = _round(
+    shank = disc(
         int(draw.integers(16, 33)), 0.5, head, head + float(draw.uniform(0.3, 2.5))
     )
     corners = unit_circle(int(draw.choice([4, 6, 6, 8]))) * draw.uniform(0.7, 1.2)
@@ -100,10 +99,6 @@ def wedge(draw: Generator) -> list[Solid]:
     turn = np.sort(draw.uniform(0.0, 2.0 * math.pi, int(draw.integers(4, 7))))
     outline = np.stack([np.cos(turn), np.sin(turn)], axis=1) * draw.uniform(0.4, 1.0, 2)
     return [extruded(outline, 0.0, float(draw.uniform(0.1, 1.6)))]
-
-
-def _round(sides: int, radius: float, low: float, high: float) -> Solid:
-    return extruded(unit_circle(sides) * radius, low, high)
 
 
 def _holes(

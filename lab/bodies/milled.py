@@ -16,7 +16,7 @@ from numpy.random import Generator
 from ros_pose_stats.core.shapes.demo_parts import drill, extrude, surface_of
 from ros_pose_stats.core.shapes.profiles import Outline, rounded_polygon
 
-from .solids import Solid
+from .solids import Solid, around
 
 LARGEST_ARC = 0.45
 """Of the shorter side at a corner, what its arc takes away at most."""
@@ -91,11 +91,8 @@ def _outline(draw: Generator) -> Outline:
     re-entrant.
     """
     corners = int(draw.integers(3, 10))
-    turn = (np.arange(corners) + draw.uniform(-0.35, 0.35, corners)) * (
-        2 * math.pi / corners
-    )
-    reach = draw.uniform(draw.choice([0.4, 0.9]), 1.0, corners)
-    points = np.stack((np.cos(turn), np.sin(turn)), axis=1) * reach[:, None]
+    points = around(corners, 0.35, draw)
+    points *= draw.uniform(draw.choice([0.4, 0.9]), 1.0, (corners, 1))
     points *= (1.0, draw.uniform(0.4, 1.0))
     sides = np.roll(points, -1, axis=0) - points
     length = np.linalg.norm(sides, axis=1)

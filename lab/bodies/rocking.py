@@ -12,7 +12,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from .solids import Solid, extruded
-from .turned import _cut, _rings
+from .turned import _rings, flattened_ball
 
 Array = NDArray[np.float64]
 
@@ -95,22 +95,17 @@ def domes(draw: Generator) -> list[Solid]:
     segments = 4 * int(draw.integers(12, 25))
     high = draw.uniform(0.4, 1.8)
     level = np.linspace(draw.uniform(-0.3, 0.6), 1.0, segments // 4)
-    rings = [(math.sqrt(1.0 - z * z), high * z) for z in level.tolist()]
+    circles = [(math.sqrt(1.0 - z * z), high * z) for z in level.tolist()]
     if draw.random() < 0.4:
-        rings.insert(0, (rings[0][0], rings[0][1] - draw.uniform(0.1, 1.5)))
-    return [_rings(segments, rings)]
+        radius, low = circles[0]
+        circles.insert(0, (radius, low - draw.uniform(0.1, 1.5)))
+    return [_rings(segments, circles)]
 
 
 def cut_eggs(draw: Generator) -> list[Solid]:
     """Balls and eggs with one to three flats."""
     segments = 4 * int(draw.integers(12, 19))
-    level = np.cos(np.linspace(0.0, math.pi, segments // 2 + 1)).tolist()
-    ball = _rings(
-        segments, ((math.sqrt(max(1.0 - z * z, 0.0)), z) for z in level)
-    ).corners
-    flats = draw.normal(size=(int(draw.integers(1, 4)), 3))
-    flats /= np.linalg.norm(flats, axis=1, keepdims=True)
-    points = _cut(ball, flats, draw.uniform(0.55, 0.95, len(flats)), segments)
+    points = flattened_ball(draw, segments, 3, 0.55, 0.95)
     points[:, 2] *= np.where(points[:, 2] > 0.0, *draw.uniform(0.6, 1.5, 2))
     return [Solid(points)]
 

@@ -86,6 +86,28 @@ def cylinder(sides: int, radius: float, length: float) -> Surface:
     return prism(sides, radius, length)
 
 
+def lofted(rings: Array, ends: Array) -> Surface:
+    """Closed surface through rings (m, n, 3) of as many corners, counter-clockwise seen
+    from the last one; fans about two ends (2, 3) close the first and the last.
+    """
+    count, sides = rings.shape[:2]
+    corner = np.arange((count - 1) * sides).reshape(-1, sides)
+    neighbour = np.roll(corner, -1, axis=1)
+    first = corner[0]
+    last = first + corner.size
+    walls = [
+        np.stack((corner, neighbour, neighbour + sides), axis=2),
+        np.stack((corner, neighbour + sides, corner + sides), axis=2),
+    ]
+    middle = np.full(sides, count * sides)
+    fans = [
+        np.column_stack((neighbour[0], first, middle)),
+        np.column_stack((last, np.roll(last, -1), middle + 1)),
+    ]
+    triangles = np.vstack([*(wall.reshape(-1, 3) for wall in walls), *fans])
+    return np.vstack((rings.reshape(-1, 3), ends)), triangles
+
+
 def tetrahedron() -> Surface:
     """Regular tetrahedron on four corners of the cube [-1, 1]³: edge 2√2, volume
     8/3.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from .solids import Solid, block, extruded
+from .solids import Solid, around, block, cube, extruded, tapered
 from .turned import disc
 
 Array = NDArray[np.float64]
@@ -41,7 +41,7 @@ def bars(draw: Generator) -> list[Solid]:
         return [_tapered(_rectangle(wide, thick), length, draw)]
     if kind < 0.8:
         corners = int(draw.choice([3, 5, 6, 6, 8]))
-        outline = _around(corners, 0.15 * float(draw.random() < 0.5), draw) * 0.5
+        outline = around(corners, 0.15 * float(draw.random() < 0.5), draw) * 0.5
         return [_tapered(outline, length, draw)]
     wall = float(draw.uniform(0.08, 0.25))
     leg = float(draw.uniform(0.4, 1.2))
@@ -62,12 +62,9 @@ def sheets(draw: Generator) -> list[Solid]:
     width = float(draw.uniform(0.4, 1.0))
     kind = draw.random()
     if kind < 0.3:
-        outline = _around(int(draw.integers(3, 9)), 0.35, draw) * (1.0, width)
+        outline = around(int(draw.integers(3, 9)), 0.35, draw) * (1.0, width)
         bevel = float(draw.choice([1.0, 0.98, 0.9]))
-        top = np.column_stack((outline * bevel, np.full(len(outline), thick)))
-        return [
-            Solid(np.vstack((np.column_stack((outline, np.zeros(len(outline)))), top)))
-        ]
+        return [tapered(outline, ((1.0, 0.0), (bevel, thick)))]
     if kind < 0.5:
         rim = disc(
             int(draw.integers(32, 129)),
@@ -106,22 +103,11 @@ def near_cubes(draw: Generator) -> list[Solid]:
     )
     solids = [Solid(corners)]
     if draw.random() < 0.3:
-        size = 0.05
+        half = 0.05
         center = draw.uniform(-0.5, 0.5, 3)
-        low = (center - size).tolist()
-        high = (center + size).tolist()
-        weight = block((low[0], low[1], low[2]), (high[0], high[1], high[2]))
-        solids.append(
-            Solid(weight.corners, float(draw.uniform(0.1, 2.0)) / (2.0 * size) ** 3)
-        )
+        mass = float(draw.uniform(0.1, 2.0))
+        solids.append(cube(center, half, mass / (2.0 * half) ** 3))
     return solids
-
-
-def _around(corners: int, jitter: float, draw: Generator) -> Array:
-    turn = (np.arange(corners) + draw.uniform(-jitter, jitter, corners)) * (
-        2 * math.pi / corners
-    )
-    return np.stack([np.cos(turn), np.sin(turn)], axis=1)
 
 
 def _rectangle(wide: float, thick: float) -> Array:
@@ -141,11 +127,4 @@ def _tapered(outline: Array, length: float, draw: Generator) -> Solid:
         levels = [(narrow, 0.0), (1.0, inset), (1.0, length - inset), (narrow, length)]
     else:
         levels = [(1.0, 0.0), (float(draw.uniform(0.4, 0.95)), length)]
-    return Solid(
-        np.vstack(
-            [
-                np.column_stack((outline * scale, np.full(len(outline), level)))
-                for scale, level in levels
-            ]
-        )
-    )
+    return tapered(outline, levels)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ros_pose_stats.core.mesh.mass_properties import solid_of
 from ros_pose_stats.core.mesh.parts import part_from_mesh
 from ros_pose_stats.core.records import Part
 
-from .shapes import hull_mesh
+from .shapes import hull_mesh, lofted
 
 Array = NDArray[np.float64]
 
@@ -63,26 +66,37 @@ def fan(outline: Array, low: float, high: float) -> Solid:
     """An outline (k, 2) around the z axis, counter-clockwise, drawn along it; as
     star-shaped.
     """
-    corners = len(outline)
-    here = np.arange(corners)
-    there = (here + 1) % corners
-    layers = [
-        np.column_stack((outline, np.full(corners, level))) for level in (low, high)
-    ]
-    ends = np.array([(0.0, 0.0, low), (0.0, 0.0, high)])
+    rings = np.array([np.insert(outline, 2, level, axis=1) for level in (low, high)])
+    corners, triangles = lofted(rings, np.array([(0.0, 0.0, low), (0.0, 0.0, high)]))
+    return Solid(corners, triangles=triangles)
+
+
+def tapered(outline: Array, levels: Iterable[tuple[float, float]]) -> Solid:
+    """The hull of a convex outline (k, 2) across z, scaled and at a height for each of
+    the levels.
+    """
     return Solid(
-        np.vstack((*layers, ends)),
-        triangles=np.vstack(
-            (
-                np.column_stack((here, there, there + corners)),
-                np.column_stack((here, there + corners, here + corners)),
-                np.column_stack((there, here, np.full(corners, 2 * corners))),
-                np.column_stack(
-                    (here + corners, there + corners, np.full(corners, 2 * corners + 1))
-                ),
-            )
-        ),
+        np.vstack(
+            [np.insert(outline * scale, 2, level, axis=1) for scale, level in levels]
+        )
     )
+
+
+def cube(center: Array, half: float, density: float) -> Solid:
+    """A cube of an edge of twice `half` along the axes."""
+    x, y, z = zip(center - half, center + half, strict=True)
+    outline = np.array([(a, b) for a in x for b in y])
+    return Solid(extruded(outline, *z).corners, density)
+
+
+def around(corners: int, jitter: float, draw: Generator) -> Array:
+    """Points (k, 2) on the unit circle at nearly even angles, off by up to a share of
+    the step.
+    """
+    turn = (np.arange(corners) + draw.uniform(-jitter, jitter, corners)) * (
+        2 * math.pi / corners
+    )
+    return np.stack([np.cos(turn), np.sin(turn)], axis=1)
 
 
 def assembled(solids: list[Solid]) -> Part:

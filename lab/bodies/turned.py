@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ros_pose_stats.core.shapes.profiles import unit_circle
 
-from .solids import Solid, extruded, fan
+from .solids import Solid, extruded, fan, tapered
 
 Array = NDArray[np.float64]
 
@@ -117,8 +117,8 @@ def gears(draw: Generator) -> list[Solid]:
 def flat_balls(draw: Generator) -> list[Solid]:
     """Balls with one to four flats; some are beads with a bore between two of them."""
     segments = 4 * int(draw.integers(10, 19))
-    level = np.cos(np.linspace(0.0, math.pi, segments // 2 + 1))
     if draw.random() < 0.4:
+        level = np.cos(np.linspace(0.0, math.pi, segments // 2 + 1))
         low = -float(draw.uniform(0.6, 0.98))
         high = float(draw.uniform(0.6, 1.0))
         level = np.concatenate(([low, high], level[(level > low) & (level < high)]))
@@ -127,13 +127,7 @@ def flat_balls(draw: Generator) -> list[Solid]:
         if draw.random() < 0.5 and widest > 0.1:
             return [bead, disc(segments, 0.7 * widest, low, high).hole()]
         return [bead]
-    ball = _rings(
-        segments, ((math.sqrt(max(1.0 - z * z, 0.0)), z) for z in level.tolist())
-    )
-    flats = draw.normal(size=(int(draw.integers(1, 5)), 3))
-    flats /= np.linalg.norm(flats, axis=1, keepdims=True)
-    distances = draw.uniform(0.75, 0.98, len(flats))
-    return [Solid(_cut(ball.corners, flats, distances, segments))]
+    return [Solid(flattened_ball(draw, segments, 4, 0.75, 0.98))]
 
 
 def disc(
@@ -155,15 +149,23 @@ def disc(
 
 def _rings(sides: int, circles: Iterable[tuple[float, float]]) -> Solid:
     """The hull of circles about z, each a radius and a level."""
-    corners = unit_circle(sides)
-    return Solid(
-        np.vstack(
-            [
-                np.column_stack((corners * radius, np.full(sides, level)))
-                for radius, level in circles
-            ]
-        )
+    return tapered(unit_circle(sides), circles)
+
+
+def flattened_ball(
+    draw: Generator, segments: int, most: int, nearest: float, farthest: float
+) -> Array:
+    """Points on a ball of radius 1 with up to so many flats, and on the rims of
+    these.
+    """
+    level = np.cos(np.linspace(0.0, math.pi, segments // 2 + 1))
+    ball = _rings(
+        segments, ((math.sqrt(max(1.0 - z * z, 0.0)), z) for z in level.tolist())
     )
+    flats = draw.normal(size=(int(draw.integers(1, most + 1)), 3))
+    flats /= np.linalg.norm(flats, axis=1, keepdims=True)
+    distances = draw.uniform(nearest, farthest, len(flats))
+    return _cut(ball.corners, flats, distances, segments)
 
 
 def _sides(draw: Generator) -> int:

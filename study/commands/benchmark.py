@@ -274,12 +274,9 @@ def run_chart(options: argparse.Namespace) -> int:
 def run_figures(options: argparse.Namespace) -> int:
     """All tables and figures of the documents."""
     with announce_slow_start(), end_on_interrupt():
-        from ros_pose_stats.base.files import refuse_unwritable
-
         from ..accuracy_documents import measure_documents, write_documents
 
-        folder = Path(options.output)
-        refuse_unwritable(folder)
+        folder = _writable(Path(options.output))
     with end_on_interrupt():
         documents = measure_documents(quick=options.quick, say=_say)
     _say_files(write_documents(documents, folder))
@@ -290,13 +287,10 @@ def run_plates(options: argparse.Namespace) -> int:
     """Fitted plates, judged by other parts."""
     with announce_slow_start(), end_on_interrupt():
         from lab.frame.documents import plain
-        from ros_pose_stats.base.files import refuse_unwritable
 
         from ..plates import plates, plates_text, write_plates
 
-        folder = Path(options.output) if options.output is not None else None
-        if folder is not None:
-            refuse_unwritable(folder)
+        folder = _writable(Path(options.output)) if options.output is not None else None
     with end_on_interrupt():
         results = plates(options.splits, options.seed, say=_say)
     if folder is not None:
@@ -308,13 +302,9 @@ def run_plates(options: argparse.Namespace) -> int:
 def run_stability(options: argparse.Namespace) -> int:
     """Every method along every walk."""
     with announce_slow_start(), end_on_interrupt():
-        from ros_pose_stats.base.files import refuse_unwritable
-
         from ..stability import as_dict, stability, stability_text, write_stability
 
-        folder = Path(options.output) if options.output is not None else None
-        if folder is not None:
-            refuse_unwritable(folder)
+        folder = _writable(Path(options.output)) if options.output is not None else None
     with end_on_interrupt():
         results = stability(quick=options.quick, on_progress=_say)
     if folder is not None:
@@ -342,10 +332,16 @@ def _datasets(options: argparse.Namespace) -> list[Dataset]:
     return shipped_datasets()
 
 
-def _figure(output: str) -> Path:
-    """Path of a figure; refused if nothing can be written there."""
+def _writable(folder: Path) -> Path:
+    """A folder, refused if nothing can be written there."""
     from ros_pose_stats.base.files import refuse_unwritable
 
+    refuse_unwritable(folder)
+    return folder
+
+
+def _figure(output: str) -> Path:
+    """Path of a figure; refused if nothing can be written there."""
     path = Path(output)
     if path.name in ("", "..") or output.endswith("/"):
         raise RequestError(
@@ -353,7 +349,7 @@ def _figure(output: str) -> Path:
             f"{output!r}",
             "for instance -o figures/chart.png",
         )
-    refuse_unwritable(path.parent)
+    _writable(path.parent)
     return path if path.suffix in FIGURE_ENDINGS else path.with_name(f"{path.name}.png")
 
 

@@ -15,7 +15,7 @@ from ros_pose_stats.core.records.scene import (
 )
 from ros_pose_stats.core.resting.poses import resting_poses
 
-from .walk import SIZE, Step, Walk, is_along, is_towards, spread_by_ratio, spread_evenly
+from .walk import SIZE, Step, Walk, is_along, is_towards
 
 GEAR_WIDTH = 0.8
 """Width of the gears over their outer radius."""
@@ -34,7 +34,7 @@ def part_walks() -> list[Walk]:
 
 
 def _turned() -> Walk:
-    sides = np.unique(spread_by_ratio(6.0, 512.0, 20).round())
+    sides = np.unique(np.geomspace(6.0, 512.0, 20).round())
     return Walk(
         "cylinder_sides",
         "A file cuts a cylinder, as high as wide, into more and more sides",
@@ -51,7 +51,7 @@ def _turned() -> Walk:
 
 
 def _toothed() -> Walk:
-    teeth = np.unique(spread_by_ratio(8.0, 120.0, 14).round())
+    teeth = np.unique(np.geomspace(8.0, 120.0, 14).round())
     return Walk(
         "gear_teeth",
         "A spur gear of the same size has more and more teeth",
@@ -72,7 +72,7 @@ def _drilled() -> Walk:
         "hole_size",
         "A blind hole in a block grows",
         "diameter over the width of the block",
-        spread_evenly(0.0, 0.96, 17),
+        np.linspace(0.0, 0.96, 17),
         False,
         lambda diameter: Step(_drilled_block(diameter)),
         is_towards((0.0, 0.0, -1.0), 0.3),
@@ -88,7 +88,7 @@ def _nudged() -> Walk:
         "nudge",
         "The nudge that a pose of a cast lump has to survive grows",
         "cluster tolerance",
-        spread_by_ratio(1e-5, 0.1, 17),
+        np.geomspace(1e-5, 0.1, 17),
         True,
         lambda tolerance: Step(lump, cluster_tolerance=tolerance),
         is_towards((x, y, z), 0.1),

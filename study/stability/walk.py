@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +76,7 @@ class Walk:
     name: str
     title: str
     parameter: str
-    values: Array
+    values: NDArray[np.floating[Any]]
     logarithmic: bool
     make: Callable[[float], Step]
     watched: Callable[[Array], NDArray[np.bool_]]
@@ -114,13 +115,3 @@ def is_towards(
 def is_along(axis: int) -> Callable[[Array], NDArray[np.bool_]]:
     """Whether directions (P, 3) lie nearest to an axis, either way."""
     return lambda downs: np.asarray(np.abs(downs[:, axis]) > 0.9)
-
-
-def spread_by_ratio(low: float, high: float, number: int) -> Array:
-    """Values (number,) whose ratios are equal."""
-    return np.asarray(np.geomspace(low, high, number), dtype=np.float64)
-
-
-def spread_evenly(low: float, high: float, number: int) -> Array:
-    """Values (number,) at equal distances."""
-    return np.asarray(np.linspace(low, high, number), dtype=np.float64)

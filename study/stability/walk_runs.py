@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,7 +86,7 @@ class WalkResults:
     """
 
     walk: Walk
-    values: Array
+    values: NDArray[np.floating[Any]]
     poses: NDArray[np.int64]
     curves: tuple[Curve, ...]
     simulated: SimulatedCurve

@@ -30,7 +30,7 @@ class Plan:
     drops : int
         Of each body in a round of the rates.
     rates, growth : Pace
-    ellipsoids, fineness, flattened : tuple of int
+    ellipsoids, fineness : tuple of int
         Sizes of the bodies for the cost against vertices.
     growth_seconds : float
         Drops of such a body in one round.
@@ -41,7 +41,6 @@ class Plan:
     rates: Pace = RATES
     ellipsoids: tuple[int, ...] = (10, 30, 100, 300, 1000, 2000, 5000)
     fineness: tuple[int, ...] = (1, 2, 4, 8, 15, 22, 34)
-    flattened: tuple[int, ...] = (30, 200, 500, 1000, 2000, 5000)
     growth_seconds: float = 0.2
     growth: Pace = GROWTH
 
@@ -51,7 +50,6 @@ QUICK = Plan(
     rates=Pace(9, 5.0),
     ellipsoids=(10, 100, 1000),
     fineness=(1, 4, 15),
-    flattened=(30, 200, 1000),
     growth_seconds=0.1,
     growth=Pace(3, 0.5),
 )
@@ -72,9 +70,4 @@ def families(plan: Plan) -> list[tuple[str, float, list[curved.Body]]]:
         ("ellipsoid at tolerance 0.005", MERGED, ellipsoids),
         ("ellipsoid at tolerance 0", 0.0, ellipsoids),
         ("rounded box", MERGED, [curved.rounded_box(fine) for fine in plan.fineness]),
-        (
-            "flattened ellipsoid",
-            MERGED,
-            [curved.flattened_ellipsoid(size) for size in plan.flattened],
-        ),
     ]

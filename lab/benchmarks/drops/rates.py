@@ -106,11 +106,11 @@ GROWTH = (
     f"Restitution {RESTITUTION}, release 20 radii up. `ellipsoid`: random points on "
     "one of axes 1, 0.7, 0.5, at the cluster tolerance of the row: the more facets, "
     "the lower the barriers between those that are stable, and at tolerance 0 a drop "
-    "goes on until the last one is decided. The others, from `lab/bodies/curved.py`, "
-    "have six flats that stay the only stable faces however fine the rest becomes (the "
-    "smallest flattened ellipsoids have a few more), cluster tolerance 0.005. `events` "
-    "are impacts and steps of the motion between them. Time of dropping on one thread, "
-    "the median over rounds of other drops."
+    "goes on until the last one is decided. The rounded box, from "
+    "`lab/bodies/curved.py`, has six flats that stay the only stable faces however "
+    "fine the rest becomes, cluster tolerance 0.005. `events` are impacts and steps of "
+    "the motion between them. Time of dropping on one thread, the median over rounds "
+    "of other drops."
 )
 
 
