@@ -103,10 +103,8 @@ def warn_of_lookalikes(
 
 
 def _summed_share(statistics: PoseStatistics, indices: set[int]) -> float:
-    probabilities = (
-        pose.probability for pose in statistics.poses if pose.index in indices
-    )
-    return min(1.0, sum(probabilities))
+    total = sum(pose.probability for pose in statistics.poses if pose.index in indices)
+    return 1.0 if total > 1.0 else total  # NaN stays
 
 
 class PoseShares(NamedTuple):
