@@ -408,7 +408,7 @@ class _BagReader:
                 counts.refused
             ),
             "{} left out, of flips and not of landings: camera count": counts.flips,
-            "{} in several bags, counted once: camera count": counts.copies.found,
+            "{} in several bags, counted once: camera count": counts.copies.count,
             "{} without a time stamp; copies in other bags were recognized by the time "
             "of recording (within 1 s): camera count": counts.copies.unstamped,
         }

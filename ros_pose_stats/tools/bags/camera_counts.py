@@ -130,7 +130,7 @@ class Copies:
     def __init__(self) -> None:
         # by content: the times of messages, rising, and the recordings that have them
         self._messages: dict[bytes, list[tuple[int, set[int]]]] = {}
-        self.found = 0
+        self.count = 0
         self.unstamped = 0
 
     def is_copy(self, content: bytes, source: int, stamp: int, log_time: int) -> bool:
@@ -147,7 +147,7 @@ class Copies:
         for _, sources in messages[first:end]:
             if source not in sources:
                 sources.add(source)
-                self.found += 1
+                self.count += 1
                 return True
         insort(messages, (time, {source}), key=itemgetter(0))
         return False
