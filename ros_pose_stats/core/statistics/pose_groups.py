@@ -13,7 +13,7 @@ import numpy as np
 from ...base import errors, methods, text
 from ..records import Array, Index, PoseStatistics, StablePose
 from ..records.poses import PoseGroup, single_poses
-from ..records.statistics import rank_probabilities
+from ..records.shares import rank_probabilities
 from .errors import jeffreys_interval
 
 EQUIVALENCE_ROUNDS = 40  # each round halves the error of the logarithm
