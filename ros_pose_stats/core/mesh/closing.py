@@ -51,8 +51,10 @@ class Closing(NamedTuple):
     open_volume: float = 0.0
 
 
-def close_holes(vertices: Array, triangles: Index) -> Closing:
-    """Close the holes of a mesh whose vertices are welded."""
+def close_holes(
+    vertices: Array, scaled: vectors.UnitPoints, triangles: Index
+) -> Closing:
+    """Close the holes of a mesh whose vertices are welded, and `scaled` to size one."""
     surface = winding.wind_alike(vertices, triangles)
     if surface is None:
         return Closing(None, "is one-sided like a Möbius strip")
@@ -66,7 +68,7 @@ def close_holes(vertices: Array, triangles: Index) -> Closing:
     rims = join_loops(edges)
     loops = [edges.begin[rim] for rim in rims]
     holes = text.several(len(loops), "hole")
-    points, _, size = vectors.to_unit_size(vertices)
+    points, _, size = scaled
     if _has_lost_wall(points, edges, rims):
         return Closing(None, f"has {holes}, of which two may be the ends of one bore")
     caps = [_cap(points, plane_loops) for plane_loops in _group_coplanar(points, loops)]

@@ -19,7 +19,7 @@ from ..kernels.principal_axes import principal_axes
 from ..records import Array, Index
 from ..tolerances import TRIANGLE_INEQUALITY
 from .arrays import NOT_NUMBERS, real_array, real_number
-from .vectors import to_unit_size
+from .vectors import UnitPoints
 
 # Beyond it products with squares of lengths from 1e-50 to 1e50 m come near the ends of
 # float64.
@@ -38,9 +38,9 @@ class Solid(NamedTuple):
     inertia: Array  # (3, 3); about the centroid, m⁵ (times a density: kg m²)
 
 
-def solid_of(vertices: Array, triangles: Index) -> Solid:
-    """Integrate over the solid that a closed surface encloses."""
-    points, shift, scale = to_unit_size(vertices)
+def solid_of(scaled: UnitPoints, triangles: Index) -> Solid:
+    """Integrate over the solid that a closed surface of points at unit size encloses."""
+    points, shift, scale = scaled
     volume, *moments = solid_moments(points, np.ascontiguousarray(triangles)).tolist()
     if volume == 0.0:
         return Solid(0.0, np.full(3, math.nan), np.full((3, 3), math.nan))

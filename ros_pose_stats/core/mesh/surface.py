@@ -13,7 +13,7 @@ from . import arrays, mass_properties, winding
 from .closing import Closing, close_holes
 from .hull import Hull, hull_of
 from .shells import orient_outward
-from .vectors import area_vectors
+from .vectors import UnitPoints, area_vectors, to_unit_size
 
 UNCERTAIN = 1e-3
 """Largest volume, as a fraction of the solid's, that caps of holes may be wrong by, or
@@ -39,10 +39,14 @@ def surface_of(vertices: Array, triangles: Index) -> Surface:
     Where that gives no solid, take the convex hull.
     """
     vertices, triangles = weld(vertices, triangles)
-    _check_spans_volume(vertices, triangles)
+    _check_area(triangles)
+    scaled = to_unit_size(vertices)
+    _check_thickness(scaled.points)
     shells = winding.find_shells(vertices, triangles)
     closing = (
-        Closing(shells) if shells is not None else close_holes(vertices, triangles)
+        Closing(shells)
+        if shells is not None
+        else close_holes(vertices, scaled, triangles)
     )
     problem = closing.problem
     if closing.shells is not None:
@@ -69,7 +73,7 @@ def surface_of(vertices: Array, triangles: Index) -> Surface:
             )
         else:
             return surface
-    return _hull_surface(vertices, problem)
+    return _hull_surface(vertices, scaled, problem)
 
 
 def weld(vertices: Array, triangles: Index) -> tuple[Array, Index]:
@@ -98,8 +102,9 @@ def weld(vertices: Array, triangles: Index) -> tuple[Array, Index]:
 def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
     """The solid that closed shells bound."""
     points, triangles = arrays.remove_unused(vertices, shells.triangles)
+    scaled = to_unit_size(points)
     outward_triangles, doubled_share = orient_outward(
-        points, shells._replace(triangles=triangles)
+        scaled.points, shells._replace(triangles=triangles)
     )
     remark = (
         "BODIES_OVERLAP: bodies of the mesh reach into each other, and "
@@ -109,19 +114,19 @@ def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
     return Surface(
         points,
         np.ascontiguousarray(outward_triangles),
-        mass_properties.solid_of(points, outward_triangles),
-        hull_of(points),
+        mass_properties.solid_of(scaled, outward_triangles),
+        hull_of(scaled),
         False,
         remark if doubled_share > UNCERTAIN else (),
         remark if 0.0 < doubled_share <= UNCERTAIN else (),
     )
 
 
-def _hull_surface(vertices: Array, problem: str) -> Surface:
+def _hull_surface(vertices: Array, scaled: UnitPoints, problem: str) -> Surface:
     """The hull in place of a mesh that has a problem."""
-    hull = hull_of(vertices)
+    hull = hull_of(scaled)
     triangles = _hull_triangles(vertices, hull)
-    solid = mass_properties.solid_of(vertices, triangles)
+    solid = mass_properties.solid_of(scaled, triangles)
     warning = (
         f"OPEN_MESH: the mesh {problem}, so its convex hull stands in for it, with "
         f"the centre of mass at {_describe_centroid(solid, hull)}; mass properties "
@@ -152,7 +157,7 @@ def _hull_triangles(vertices: Array, hull: Hull) -> Index:
     triangles = hull.qhull.simplices.astype(np.int64)
     shells = winding.find_shells(vertices, triangles)
     if shells is not None:
-        return arrays.sort_triangles(orient_outward(vertices, shells)[0])
+        return arrays.sort_triangles(orient_outward(hull.qhull.points, shells)[0])
     # Qhull may split a merged facet into slivers that fold, but its normals are right.
     normals = area_vectors(vertices, triangles)
     is_inward = (normals * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0
@@ -173,15 +178,19 @@ def distance_to_hull(point: Array, hull: Hull) -> float:
     return float((planes[:, :3] @ position + planes[:, 3]).max() * hull.scale)
 
 
-def _check_spans_volume(vertices: Array, triangles: Index) -> None:
-    """Refuse points that are one point, a line or a plane to within `FLATTEST`."""
+def _check_area(triangles: Index) -> None:
+    """Refuse a mesh of which welding has left no triangles."""
     if len(triangles) == 0:
         raise errors.MeshError(
             "triangles that span an area",
             "only triangles with coincident corners",
             "check the mesh's unit and export it again with more digits",
         )
-    thinnest = measures.thinness(vertices, *measures.bounds(vertices))
+
+
+def _check_thickness(points: Array) -> None:
+    """Refuse points of size one that lie in a plane to within `FLATTEST`."""
+    thinnest = measures.thinness(points)
     if thinnest < tolerances.FLATTEST:
         raise errors.MeshError(
             f"a part at least {tolerances.FLATTEST:g} of its length thick",

@@ -5,6 +5,7 @@ of rows; single additions and multiplications do not.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,16 +53,21 @@ def area_vectors(points: Array, triangles: Corners) -> Array:
     return np.asarray(np.cross(b - a, c - a))
 
 
-def to_unit_size(points: Array) -> tuple[Array, Array, float]:
-    """Points about the centre of their bounding box and of size one; centre and size.
+class UnitPoints(NamedTuple):
+    """Points about the centre of their bounding box, of size one."""
 
-    The size is the largest extent of the box.
-    """
+    points: Array  # (N, 3); `(original - center) / size`
+    center: Array  # (3,); of the bounding box, metres
+    size: float  # its largest extent, metres
+
+
+def to_unit_size(points: Array) -> UnitPoints:
+    """Bring points (N, 3) to size one, about the centre of their bounding box."""
     points = np.ascontiguousarray(points)
     low, high = bounds(points)
     center = low + 0.5 * (high - low)
     size = float((high - low).max())
-    return (points - center) / size, center, size
+    return UnitPoints((points - center) / size, center, size)
 
 
 def scatter(points: Array) -> Array:
