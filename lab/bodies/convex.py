@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.random import Generator
 
-from ros_pose_stats.core.mesh.mass_properties import solid_of
+from ros_pose_stats.core.mesh.surface import solid_of
 from ros_pose_stats.core.mesh.vectors import to_unit_size
 from ros_pose_stats.core.shapes.profiles import unit_circle
 

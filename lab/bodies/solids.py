@@ -10,8 +10,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ros_pose_stats.core.mesh.mass_properties import solid_of
 from ros_pose_stats.core.mesh.parts import part_from_mesh
+from ros_pose_stats.core.mesh.surface import solid_of
 from ros_pose_stats.core.mesh.vectors import to_unit_size
 from ros_pose_stats.core.records import Part
 

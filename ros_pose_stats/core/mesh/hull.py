@@ -125,6 +125,18 @@ def _hull_of_surface(part: Part) -> Hull:
     return hull_of(to_unit_size(part.surface_vertices))
 
 
+def distance_to_hull(point: Array, hull: Hull) -> float:
+    """How far a point is beyond the nearest hull plane, metres; negative inside."""
+    planes = hull.qhull.equations
+    with np.errstate(over="ignore"):
+        position = (point - hull.shift) / hull.scale
+        offset = float(np.abs(position).max())
+    if offset > 1e9:
+        # Perhaps too far to compute with, and the hull is as good as a point.
+        return offset * hull.scale
+    return float((planes[:, :3] @ position + planes[:, 3]).max() * hull.scale)
+
+
 def is_crowded(points: Array) -> bool:
     """Whether a face of the hull of points of size one exceeds `CROWD` corners."""
     if len(points) <= CROWD:

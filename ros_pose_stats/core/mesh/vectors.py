@@ -53,6 +53,25 @@ def area_vectors(points: Array, triangles: Corners) -> Array:
     return np.asarray(np.cross(b - a, c - a))
 
 
+def loop_area(corners: Array) -> Array:
+    """Normal of a loop (n, 3), as long as its area is large."""
+    spokes = corners - corners[0]
+    crosses: Array = np.cross(spokes, np.roll(spokes, -1, axis=0))
+    return np.asarray(crosses.sum(axis=0) / 2.0)
+
+
+def loop_normal(corners: Array) -> Array:
+    """Unit normal of a loop (n, 3); zeros where it has no area."""
+    area = loop_area(corners)
+    length = float(lengths(area[None])[0])
+    return area / length if length > 0.0 else area
+
+
+def surface_area(points: Array, triangles: Corners) -> float:
+    """Area of triangles (T, 3)."""
+    return float(lengths(area_vectors(points, triangles)).sum()) / 2.0
+
+
 class UnitPoints(NamedTuple):
     """Points about the centre of their bounding box, of size one."""
 
