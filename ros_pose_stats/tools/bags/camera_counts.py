@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.records import Index
-from ...core.records.scene import Numbering
-from ...node.recording.decoding import fingerprint, numbering_of
+from ...core.records.scene import Numbering, numbering_of
+from ...node.recording.decoding import fingerprint
 
 MOST_PARTS = 1 << 48  # a camera counts no more; a larger number is damage
 
