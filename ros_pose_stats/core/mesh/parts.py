@@ -144,9 +144,9 @@ def part_of_file(
 ) -> Part:
     """Check, weld, close, orient and integrate the mesh of a file or of arrays."""
     metres, corners = arrays.check_mesh(mesh.vertices, mesh.triangles, mesh.unit)
+    rounding = arrays.coordinate_rounding(mesh.vertices, corners) * mesh.unit
     vertices, triangles = arrays.weld(metres, corners.astype(np.int64))
     surface = surface_of(vertices, triangles)
-    rounding = arrays.coordinate_rounding(mesh.vertices, corners) * mesh.unit
     kilograms, center, tensor = mass_properties.complete_properties(properties, surface)
     warnings = (
         *units.unit_warnings(
