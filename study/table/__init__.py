@@ -1,4 +1,6 @@
-"""Table I and what belongs to it: errors by restitution, sensitivity, outliers."""
+"""Table I and what belongs to it: errors by restitution, sensitivity, refits,
+outliers.
+"""
 
 from .dataset_table import table
 from .table_results import TableResults

@@ -1,9 +1,10 @@
 """The stable poses of a part as records, before any probability.
 
 `equilibria` are the faces that it can stand on, `clusters` joins those that a small
-rise parts, and `records.shares` gives the poses their probabilities.
+rise parts, and `records.statistics` gives the poses their probabilities.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 
@@ -48,19 +49,35 @@ class RestingPoses:
     poses: tuple[StablePose, ...]  # without probabilities
     # (3, 3); central inertia in part axes over the mass and the squared radius
     inertia: Array
+    symmetry: symmetry.PoseSymmetry  # none where no records were made
 
     @property
     def body(self) -> convex_body.ConvexBody:
         """Convex body of the part."""
         return self.equilibria.body
 
-    @cached_property
+    @property
     def group(self) -> Index:
-        """Symmetry group (P,) of each pose; one for each where no records were made."""
-        return np.array(
-            [pose.group for pose in self.poses]
-            or range(self.clusters.lowest_face.shape[0])
-        )
+        """Poses (P,) of one number look alike: rotations of the part exchange them."""
+        return self.symmetry.group
+
+    @property
+    def unit(self) -> Index:
+        """Poses (P,) of one number are equally probable.
+
+        Rotations or reflections of the body that is dropped exchange them, so that a
+        unit is a group or several.
+        """
+        return self.symmetry.unit
+
+    @property
+    def symmetries(self) -> Index:
+        """Poses (S, P) that each motion of that body puts in the place of the poses.
+
+        The first leaves them; of probabilities T of moves from pose to pose those at
+        (i, j) and (s[i], s[j]) are equal.
+        """
+        return self.symmetry.images
 
     @property
     def faces(self) -> Index:
@@ -264,17 +281,22 @@ def are_found(part: Part, scene: DropScene) -> bool:
 
 def _find(part: Part, numbering: Numbering) -> RestingPoses:
     bare = _gather(part, numbering)
-    return replace(bare, poses=_make_records(part, bare))
+    surface = cache(partial(symmetry.surface_trial, part, bare.body))
+    alike = symmetry.find_symmetry(part, bare.equilibria, bare.clusters, surface)
+    poses = _make_records(part, bare, alike.group, surface)
+    return replace(bare, poses=poses, symmetry=alike)
 
 
 def _gather(part: Part, numbering: Numbering) -> RestingPoses:
     equilibria = equilibria_of(part, numbering.round_sides)
     radius = equilibria.body.radius
+    clusters = gather_clusters(equilibria, numbering.cluster_tolerance)
     return RestingPoses(
         equilibria,
-        gather_clusters(equilibria, numbering.cluster_tolerance),
+        clusters,
         (),
         part.inertia / (part.mass * radius * radius),
+        symmetry.separate_poses(len(clusters.lowest_face)),
     )
 
 
@@ -287,7 +309,12 @@ def _along_plate(axes: Array, rotations: Array) -> Array:
     return unit
 
 
-def _make_records(part: Part, resting: RestingPoses) -> tuple[StablePose, ...]:
+def _make_records(
+    part: Part,
+    resting: RestingPoses,
+    groups: Index,
+    surface: Callable[[], symmetry.SurfaceTrial],
+) -> tuple[StablePose, ...]:
     body = resting.body
     equilibria = resting.equilibria
     clusters = resting.clusters
@@ -299,10 +326,6 @@ def _make_records(part: Part, resting: RestingPoses) -> tuple[StablePose, ...]:
     positions[:, 2] += heights
     top = heights + tops(body.points, np.ascontiguousarray(downs)) * body.radius
     margins = tilt_margins(equilibria, clusters)
-    surface = cache(partial(symmetry.SurfaceTrial, part, body))
-    groups = symmetry.symmetry_groups(
-        part, equilibria, np.where(clusters.is_support, clusters.pose, -1), surface
-    )
     # A shelf between two poses that are alike goes to one of them, and neither tilts
     # farther.
     group_margin = np.full(len(margins), np.inf)

@@ -1,260 +1,286 @@
-"""Poses that a proper rotation of the part carries into each other.
+"""Motions that carry a part into itself, and the poses that they exchange.
 
-Candidates come from the contact polygons: a symmetry takes a stable face to a stable
-face of equal height, corner to corner. Each candidate is tried on the full surface,
-with its pockets and bores, and on the inertia. When in doubt, poses stay in separate
-groups.
+A rotation of the whole surface, with its pockets and bores, gathers poses to groups: a
+camera cannot tell them apart. A rotation or reflection of the body that is dropped, its
+hull, gathers them to units: they are equally probable.
+
+Candidates come from planes: a symmetry takes two faces of the hull to two like ones that
+lean to each other alike. Each candidate is tried on the inertia and on the surface, by
+places and never by vertices, for a file may divide alike curves in different ways. When
+in doubt, poses stay separate.
 """
 
 from collections.abc import Callable, Iterator
-from functools import cache, partial
-from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from ..kernels.features.surface_features import moments_along, regions_and_corners
-from ..kernels.mesh import connections, nearness
+from ..kernels.features.surface_features import AREA, NORMAL, first_stray, surface_of
+from ..kernels.mesh import connections
 from ..kernels.principal_axes import is_kept
-from ..mesh.vectors import cross
+from ..mesh.vectors import cross, lengths
 from ..records import Array, Index, Part
 from ..tolerances import COPLANAR, SYMMETRY
 from .convex_body import ConvexBody
-from .equilibria import Equilibria, group_ties
-
-
-class Frame(NamedTuple):
-    """A face about the foot of the centre of mass on it."""
-
-    corners: Array  # (k, 3)
-    size: Array  # (k,); their distances
-    normal: Array
-
+from .equilibria import Clusters, Equilibria
 
 MOST_EFFORT = 2**21
-"""Most features compared on one part, in about a second. Where more would be needed
-(thousands of equal facets that are not symmetric after all) the remaining poses stay
-separate."""
+"""Most samples compared on one part, in about a second. Where more would be needed the
+remaining poses stay separate."""
 
 MOST_FACES = 4096
 """Most stable faces that are compared; a finely tessellated ball has more and needs no
 groups."""
 
-FEW_PAIRS = 128
-"""Pairs of like stable faces that are tried before the whole surface is measured. On a
-part without symmetry few faces are alike, by chance only, and none of the pairs
-fits."""
+LARGEST = 32
+"""Faces of the hull, the largest, of which two are followed."""
 
+MOST_LIKE = 24
+"""Faces like one of these that are tried, or as many as there are poses: of the facets
+of a round surface any will do."""
 
-def symmetry_groups(
-    part: Part,
-    equilibria: Equilibria,
-    pose: Index,
-    surface: "Callable[[], SurfaceTrial]",
-) -> Index:
-    """Group number of each pose (P,), by their first pose.
+SAME_PLACE = 5e-3
+"""Differences of distances, in radii, cosines, and areas, as a share, of like faces."""
 
-    `pose` (S,): -1 for shelves.
-    """
-    poses = int(pose.max()) + 1
-    separate = np.arange(poses)
-    if poses == 1 or equilibria.order.shape[0] > MOST_FACES:
-        return separate
-    kind = kinds_of(equilibria)
-    shared_faces = _shared_faces(kind, pose)
-    if not len(shared_faces):
-        return separate
-    frames = cache(partial(frame_of, equilibria))
-    # Few pairs of like faces, and no rotation that fits polygons and inertia.
-    pairs = list(islice(_pairs(kind, shared_faces), FEW_PAIRS + 1))
-    if len(pairs) <= FEW_PAIRS and not any(
-        is_kept(part.inertia, rotation, SYMMETRY)
-        for face, image in pairs
-        for rotation in candidate_rotations(frames, face, image)
-    ):
-        return separate
-    trial = surface()
-    orbit = _find_orbits(
-        equilibria, trial.refine(equilibria, kind), pose, frames, trial
-    )
-    is_support = pose >= 0  # poses with faces in one orbit are one group
-    links = np.column_stack((pose[is_support], poses + orbit[is_support]))
-    return connections.component_labels(poses + pose.shape[0], links)[:poses]
+UPRIGHT_COSINE = 0.9
+"""Cosine of the angle of two planes from which on both do not tell a motion."""
 
+SAME_DIRECTION = 0.1
+"""Angle within which a motion takes the face of one pose to that of another, radians;
+facets of a round surface are up to 0.4 apart."""
 
-def _find_orbits(
-    equilibria: Equilibria,
-    kind: Index,
-    pose: Index,
-    frames: Callable[[int], Frame],
-    trial: "SurfaceTrial",
-) -> Index:
-    """Number (S,) of each stable face's orbit under rotations of the surface.
-
-    All of them take the first face of a kind to another or to itself.
-    """
-    orbit = np.arange(pose.shape[0])
-    trees = cKDTree(equilibria.downs)
-    for face, target in _pairs(kind, _shared_faces(kind, pose)):
-        if face != target and orbit[face] == orbit[target]:
-            continue
-        for rotation in candidate_rotations(frames, face, target):
-            if trial.effort > MOST_EFFORT:
-                return orbit
-            if trial.holds(rotation):
-                gap, nearest_face = trees.query(equilibria.downs @ rotation.T)
-                is_carried = (gap < SYMMETRY) & (pose >= 0) & (pose[nearest_face] >= 0)
-                links = np.column_stack(
-                    (orbit[is_carried], orbit[nearest_face[is_carried]])
-                )
-                orbit = connections.component_labels(pose.shape[0], links)[orbit]
-                break
-    return orbit
-
-
-def kinds_of(equilibria: Equilibria) -> Index:
-    """Stable faces that agree in height, area, solid angle and number of corners."""
-    arrays = equilibria.body.arrays
-    faces = equilibria.faces
-    corners = (arrays.face_start[faces + 1] - arrays.face_start[faces]).astype(
-        np.float64
-    )
-    return group_ties(
-        (equilibria.heights, SYMMETRY),
-        (corners, 0.5),
-        (arrays.area[faces], SYMMETRY),
-        (arrays.angle[faces], SYMMETRY),
-    )
-
-
-def _shared_faces(kind: Index, pose: Index) -> Index:
-    """Stable faces whose kind has members in two poses at least, kind by kind."""
-    if int(kind.max()) + 1 == kind.shape[0]:
-        return np.empty(0, dtype=np.int64)
-    is_support = pose >= 0
-    poses = int(pose.max()) + 1
-    pairs = np.unique((kind * poses + pose)[is_support])
-    in_several_poses = np.bincount(pairs // poses, minlength=int(kind.max()) + 1) > 1
-    faces = np.flatnonzero(in_several_poses[kind] & is_support)
-    return faces[np.argsort(kind[faces], kind="stable")]
-
-
-def _pairs(kind: Index, faces: Index) -> Iterator[tuple[int, int]]:
-    """The first of the shared faces of each kind, with itself and its like."""
-    kinds: dict[int, int] = {}
-    for number, face in zip(kind[faces].tolist(), faces.tolist(), strict=True):
-        yield kinds.setdefault(number, face), face
-
-
-def candidate_rotations(
-    frames: Callable[[int], Frame], face: int, target: int
-) -> Iterator[Array]:
-    """Rotations but the identity that take one contact polygon to the other."""
-    frame = frames(face)
-    target_frame = frames(target)
-    start = int(np.argmax(frame.size))
-    count = len(frame.size)
-    axes = _axes(frame.normal, frame.corners[start] / frame.size[start])
-    is_like = (np.abs(target_frame.size - frame.size[start]) <= SYMMETRY).tolist()
-    doubled_size = np.concatenate([target_frame.size, target_frame.size])
-    for turn in range(1 if face == target else 0, count):
-        begin = turn if face == target else (turn - start) % count
-        shift = (begin + start) % count
-        if (
-            is_like[shift]
-            and np.abs(doubled_size[begin : begin + count] - frame.size).max()
-            <= SYMMETRY
-        ):
-            yield (
-                _axes(
-                    target_frame.normal,
-                    target_frame.corners[shift] / target_frame.size[shift],
-                ).T
-                @ axes
-            )
-
-
-def _axes(normal: Array, direction: Array) -> Array:
-    """Right-handed axes as rows: a normal, a unit vector across it, and the third."""
-    return np.array([normal, direction, cross(normal, direction)])
-
-
-def frame_of(equilibria: Equilibria, stable: int) -> Frame:
-    """Frame of a stable face."""
-    face = equilibria.faces[stable]
-    normal = equilibria.body.arrays.normal[face]
-    foot = equilibria.body.arrays.distance[face] * normal
-    corners = equilibria.body.polygon(face) - foot
-    corners = corners - np.outer(corners @ normal, normal)
-    return Frame(corners, np.sqrt((corners**2).sum(axis=1)), normal)
-
-
-OVERHEAD = 64  # cost of setting up one comparison, in features compared
+OVERHEAD = 64  # cost of setting up one comparison, in samples compared
 
 PROBES = 12
-"""Regions that a candidate must match before the whole surface is compared: the
-largest, and those that refuted earlier candidates."""
+"""Samples that a candidate must match before the whole surface is compared: of the
+largest regions, and those that refuted earlier candidates."""
 
 _ALL = np.empty(0, dtype=np.int64)
+_NO_SHIFT = np.zeros(3)
+
+
+class PoseSymmetry(NamedTuple):
+    """Poses that motions of a part exchange."""
+
+    group: Index  # (P,) by rotations of the surface, numbered by their first pose
+    unit: Index  # (P,) by rotations and reflections of the hull, likewise
+    images: Index  # (S, P) poses to which each motion takes the poses; the first: none
+
+
+class Motions(NamedTuple):
+    """Rotations and reflections, and where they take poses."""
+
+    matrices: Array  # (C, 3, 3)
+    images: Index  # (C, P)
+
+
+def separate_poses(poses: int) -> PoseSymmetry:
+    """No two of the poses are alike."""
+    identity: Index = np.arange(poses)
+    return PoseSymmetry(identity, identity, identity[None])
+
+
+def find_symmetry(
+    part: Part,
+    equilibria: Equilibria,
+    clusters: Clusters,
+    surface: "Callable[[], SurfaceTrial]",
+) -> PoseSymmetry:
+    """Find groups and units of the poses."""
+    poses = len(clusters.lowest_face)
+    separate = separate_poses(poses)
+    identity = separate.group
+    heights = np.sort(equilibria.heights[clusters.lowest_face])
+    if (
+        poses == 1
+        or equilibria.order.shape[0] > MOST_FACES
+        or np.diff(heights).min() > SYMMETRY
+    ):
+        return separate
+    matrices = candidate_motions(equilibria.body, max(MOST_LIKE, poses))
+    motions = _exchanging(matrices, equilibria, clusters, part)
+    if not len(motions.matrices):
+        return separate
+    hull = hull_trial(part, equilibria.body)
+    images: list[Index] = [identity]
+    group = identity
+    for image, matrices in _by_image(motions):
+        is_symmetry = False
+        for matrix in matrices:
+            # What carries the surface carries its hull, though facets may hide it.
+            if (
+                np.linalg.det(matrix) > 0.0
+                and (group[image] != group).any()
+                and surface().holds(matrix)
+            ):
+                group = _orbits(poses, [image], group)
+                is_symmetry = True
+            is_symmetry = is_symmetry or hull.holds(matrix)
+        if is_symmetry:
+            images.append(image)
+    return PoseSymmetry(group, _orbits(poses, images), np.array(images))
+
+
+def pair_orbits(images: Index) -> Index:
+    """Orbit (P, P) of each pair of poses under motions (S, P) of the part."""
+    poses = images.shape[1]
+    pair = np.arange(poses * poses).reshape(poses, poses)
+    targets = images[1:, :, None] * poses + images[1:, None, :]
+    links = np.stack(
+        (np.broadcast_to(pair, targets.shape).ravel(), targets.ravel()), axis=1
+    )
+    return connections.component_labels(poses * poses, links).reshape(poses, poses)
+
+
+def _orbits(poses: int, images: list[Index], labels: Index | None = None) -> Index:
+    """Number (P,) of each pose's orbit, by their first pose; `labels`: joined before."""
+    links = [np.column_stack((np.arange(poses), image)) for image in images]
+    if labels is not None:
+        first = np.unique(labels, return_index=True)[1]
+        links.append(np.column_stack((np.arange(poses), first[labels])))
+    return connections.component_labels(poses, np.concatenate(links))
+
+
+def _by_image(motions: Motions) -> Iterator[tuple[Index, Array]]:
+    """Where motions take the poses, but for the identity, and those that do so."""
+    images, kind = np.unique(motions.images, axis=0, return_inverse=True)
+    kind = kind.reshape(-1)
+    for number, image in enumerate(images):
+        if not np.array_equal(image, np.arange(len(image))):
+            yield image, motions.matrices[kind == number]
+
+
+def candidate_motions(body: ConvexBody, most_like: int) -> Array:
+    """Motions (C, 3, 3) that take two faces of a body to two like ones.
+
+    The first is one of the largest that few are like. Of the others across it two are
+    taken, one by one: another such, and one of those that make most of the surface, for
+    uneven facets of a curve may be like nothing else.
+    """
+    normal = body.arrays.normal
+    area = body.arrays.area
+    largest = np.argsort(-area, kind="stable")
+    first = _like_faces(body, largest[:LARGEST], most_like)[0]
+    is_across = np.abs(normal[largest] @ normal[first[0]]) < UPRIGHT_COSINE
+    if not is_across.any():
+        return np.empty((0, 3, 3))
+    motions = []
+    for second in _like_faces(body, largest[is_across][:LARGEST], 4 * most_like):
+        cosine = normal[first[0]] @ normal[second[0]]
+        gap = np.abs(normal[first] @ normal[second].T - cosine)
+        pairs = np.argwhere(gap <= SAME_PLACE)
+        frames = _frames(normal[first[pairs[:, 0]]], normal[second[pairs[:, 1]]])
+        mirrored = frames * np.array((1.0, 1.0, -1.0))[:, None]
+        for images in (frames, mirrored):
+            motions.append(images.transpose(0, 2, 1) @ frames[0])
+    return np.concatenate(motions)
+
+
+def _like_faces(body: ConvexBody, faces: Index, most: int) -> list[Index]:
+    """One of some faces, and those that are like it: which few and which many are."""
+    distance = body.arrays.distance
+    area = body.arrays.area
+    difference = np.abs(distance[faces, None] - distance)
+    difference += np.abs(area[faces, None] / area - 1.0)
+    difference[np.arange(len(faces)), faces] = -1.0  # each comes first itself
+    number_alike = (difference <= SAME_PLACE).sum(axis=1)
+    rarest = int(number_alike.argmin())
+    broadest = int((number_alike * area[faces]).argmax())
+    return [
+        np.argsort(difference[k], kind="stable")[: min(number_alike[k], most)]
+        for k in dict.fromkeys((rarest, broadest))
+    ]
+
+
+def _frames(first: Array, second: Array) -> Array:
+    """Right-handed axes (C, 3, 3) as rows, from normals (C, 3) of two planes."""
+    third = cross(first, second)
+    third /= lengths(third)[:, None]
+    return np.stack((first, cross(third, first), third), axis=1)
+
+
+def _exchanging(
+    matrices: Array, equilibria: Equilibria, clusters: Clusters, part: Part
+) -> Motions:
+    """Motions that keep the inertia and take poses to poses as high."""
+    scale = float(np.trace(part.inertia))
+    turned = matrices @ part.inertia @ matrices.transpose(0, 2, 1)
+    keeps = np.abs(turned - part.inertia).max(axis=(1, 2)) <= SYMMETRY * scale
+    matrices = matrices[keeps]
+    lowest = clusters.lowest_face
+    supports = np.flatnonzero(clusters.is_support)
+    images = equilibria.downs[lowest] @ matrices.transpose(0, 2, 1)
+    cosines = images @ equilibria.downs[supports].T
+    image = clusters.pose[supports][cosines.argmax(axis=2)]
+    heights = equilibria.heights[lowest]
+    fits = (np.abs(heights[image] - heights) <= SYMMETRY).all(axis=1)
+    faces = np.bincount(clusters.pose[supports])
+    reach = np.where(faces > 1, 0.5, 1.0 - np.cos(SAME_DIRECTION))
+    fits &= (1.0 - cosines.max(axis=2) <= reach[image]).all(axis=1)
+    fits &= (np.sort(image, axis=1) == np.arange(len(lowest))).all(axis=1)
+    return Motions(matrices[fits], image[fits])
 
 
 class SurfaceTrial:
-    """The whole surface of one part, on which rotations are tried."""
+    """A surface of a part, on which motions are tried."""
 
-    def __init__(self, part: Part, body: ConvexBody) -> None:
-        points = (part.surface_vertices - part.center_of_mass) / body.radius
-        # Wider than for the hull, but a tenth of the thickness at most: both sides of a
-        # plate.
-        flatness = min(
-            max(COPLANAR, body.tolerance), 100.0 * body.tolerance or COPLANAR
-        )
-        regions, corners = regions_and_corners(points, part.surface_triangles, flatness)
-        # (G, 7); centroid, normal times size and size (square root of the area) of each
-        # connected planar region, largest first, in radii. The normal is weighed by the
-        # size because a small region's normal is known only that well from rounded
-        # coordinates
-        self.regions = nearness.feature_grid(regions, SYMMETRY)
-        # (C, 3); vertices where at least three regions meet
-        self.corners = nearness.feature_grid(points[corners], SYMMETRY)
-        self.inertia = part.inertia
-        self.probes = list(range(min(PROBES, len(regions))))
+    def __init__(
+        self, points: Array, triangles: Index, inertia: Array, flatness: float
+    ) -> None:
+        self.tolerance = max(SYMMETRY, flatness)
+        self.surface = surface_of(points, triangles, flatness, self.tolerance)
+        self.inertia = inertia
+        self.probes = list(range(min(PROBES, len(self.surface.sample))))
         self.effort = 0
-
-    def refine(self, equilibria: Equilibria, kind: Index) -> Index:
-        """Split kinds by moments of the whole surface along the faces' normals."""
-        moments = moments_along(self.regions.rows, equilibria.downs)
-        return group_ties(
-            *((moment, 10.0 * SYMMETRY) for moment in moments.T), groups=kind
-        )
 
     def is_turned(self, axis: Array) -> bool:
         """Whether all regions face the axis or away from it, as of a turned part."""
-        centroid = self.regions.rows[:, :3]
-        normal = self.regions.rows[:, 3:6]
-        return bool(
-            (np.abs((np.cross(centroid, normal) * axis).sum(axis=1)) < SYMMETRY).all()
-        )
+        centroid = self.surface.regions[:, :3]
+        normal = self.surface.regions[:, NORMAL : NORMAL + 3]
+        size = np.sqrt(self.surface.regions[:, AREA])
+        across = (np.cross(centroid, normal) * axis).sum(axis=1)
+        return bool((np.abs(across) * size < SYMMETRY).all())
 
-    def holds(self, rotation: Array) -> bool:
-        """Whether the rotation carries surface and inertia into themselves."""
-        if not is_kept(self.inertia, rotation, SYMMETRY):
+    def holds(self, motion: Array) -> bool:
+        """Whether a rotation or reflection carries surface and inertia into themselves."""
+        if self.effort > MOST_EFFORT or not is_kept(self.inertia, motion, SYMMETRY):
             return False
-        probes = np.array(self.probes, dtype=np.int64)
-        if self._first_unmatched(self.regions, rotation, probes) >= 0:
+        motion = np.ascontiguousarray(motion)
+        if self._first_stray(motion, np.array(self.probes, dtype=np.int64)) >= 0:
             return False
-        unmatched = self._first_unmatched(self.regions, rotation, _ALL)
-        if unmatched >= 0:
-            self.probes = [unmatched, *self.probes][: 2 * PROBES]
-            return False
-        return (
-            not len(self.corners.rows)
-            or self._first_unmatched(self.corners, rotation, _ALL) < 0
-        )
+        stray = self._first_stray(motion, _ALL)
+        if stray >= 0:
+            self.probes = [stray, *self.probes][: 2 * PROBES]
+        return stray < 0
 
-    def _first_unmatched(
-        self, features: nearness.FeatureGrid, rotation: Array, selection: Index
-    ) -> int:
-        """First feature that meets no like one where a rotation puts it; -1: none."""
-        self.effort += OVERHEAD + (len(selection) or len(features.rows))
-        return nearness.first_unmatched(features, rotation, selection)
+    def _first_stray(self, motion: Array, chosen: Index) -> int:
+        self.effort += OVERHEAD + (len(chosen) or len(self.surface.sample))
+        return first_stray(self.surface, motion, _NO_SHIFT, chosen, self.tolerance)
+
+
+def surface_trial(part: Part, body: ConvexBody) -> SurfaceTrial:
+    """The whole surface of a part."""
+    # Wider than for the hull, but a tenth of the thickness at most: both sides of a
+    # plate.
+    flatness = min(max(COPLANAR, body.tolerance), 100.0 * body.tolerance or COPLANAR)
+    points = (part.surface_vertices - part.center_of_mass) / body.radius
+    return SurfaceTrial(points, part.surface_triangles, part.inertia, flatness)
+
+
+def hull_trial(part: Part, body: ConvexBody) -> SurfaceTrial:
+    """The convex body that is dropped."""
+    arrays = body.arrays
+    size = np.diff(arrays.face_start)
+    side = np.arange(len(arrays.corner))
+    inner = side[(arrays.face_start[:-1][arrays.face] != side)]
+    inner = inner[inner + 1 < arrays.face_start[arrays.face[inner] + 1]]
+    triangles = np.stack(
+        (
+            arrays.corner[arrays.face_start[arrays.face[inner]]],
+            arrays.corner[inner],
+            arrays.corner[inner + 1],
+        ),
+        axis=1,
+    )
+    assert len(triangles) == int((size - 2).sum())
+    return SurfaceTrial(body.points, triangles, part.inertia, body.tolerance)

@@ -225,8 +225,6 @@ def _order(
         turn = _turn_matrix(axis, 2.0 * np.pi / order)
         if not is_kept(part.inertia, turn, SYMMETRY):
             continue
-        if trial().effort > symmetry.MOST_EFFORT:
-            return 1
         if trial().holds(turn):
             return order
     return 1

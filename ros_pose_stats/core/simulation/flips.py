@@ -18,6 +18,7 @@ from ..records.scene import (
     height_warnings,
     real_number,
 )
+from ..resting.symmetry import pair_orbits
 from ..resting.trust import pose_remarks
 from ..statistics.errors import standard_errors
 from . import chunks, drop_body, drops
@@ -113,9 +114,7 @@ def count_flips(
     outcomes = _count_outcomes(body, scene, kick, request, watch, on_progress)
     counts = outcomes[:, 1:]
     unsettled = outcomes[:, 0]
-    with np.errstate(invalid="ignore"):
-        transition = counts / counts.sum(axis=1)[:, None]
-    errors = np.stack([standard_errors(row, int(row.sum())) for row in counts])
+    transition, errors, known_flips = pool_flips(counts, body.resting.symmetries)
     remarks = pose_remarks(body.resting)
     warnings = [
         *part.warnings,
@@ -137,6 +136,7 @@ def count_flips(
         round_sides=scene.round_sides,
         poses=poses,
         counts=counts,
+        known_flips=known_flips,
         unsettled=unsettled,
         transition=transition,
         standard_error=errors,
@@ -146,6 +146,30 @@ def count_flips(
         version=version.VERSION,
         notes=(*part.notes, *remarks.notes),
     )
+
+
+def pool_flips(counts: Index, symmetries: Index) -> tuple[Array, Array, Array]:
+    """Probabilities (K, K) of flips, their errors, and counts that would tell as much.
+
+    A motion that carries the part into itself takes pose i to s[i], and T[i, j] is
+    T[s[i], s[j]]: what was counted of such pairs is taken together. `counts` (K, K);
+    `symmetries` (S, K).
+    """
+    orbit = pair_orbits(symmetries)
+    poses = len(counts)
+    settled = counts.sum(axis=1)
+    # Of the pairs that motions make of one, as many leave each of its poses.
+    pose_orbit = np.diagonal(orbit)
+    settled = np.bincount(pose_orbit, settled)[pose_orbit]
+    pooled = np.bincount(orbit.ravel(), counts.ravel())[orbit]
+    pairs = np.stack(
+        [np.bincount(row, minlength=orbit.max() + 1)[row] for row in orbit]
+    )
+    with np.errstate(invalid="ignore"):
+        transition = pooled / pairs / settled[:, None]
+    rows = zip(pooled, settled.tolist(), pairs, strict=True)
+    errors = [standard_errors(row, total) / number for row, total, number in rows]
+    return transition, np.reshape(errors, (poses, poses)), pooled / pairs
 
 
 def flips_by_kick(

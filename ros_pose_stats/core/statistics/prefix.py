@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..records import Index
-from ..records.shares import Shares
+from ..records import Index, statistics
 from . import errors
 
 FIRST_CHECKPOINT = 100
@@ -153,7 +152,7 @@ class Prefix:
         return self._last_judgement[1]
 
 
-def counted_shares(counts: Index) -> Shares:
+def counted_shares(counts: Index) -> statistics.Shares:
     """Shares of settled drops (K,) with their errors; NaN without settled drops."""
     settled_drops = int(counts.sum())
     deviations = errors.standard_errors(counts, settled_drops)
@@ -163,7 +162,7 @@ def counted_shares(counts: Index) -> Shares:
         share = counts / settled_drops
     if counts.size == 1 and settled_drops:
         low = np.ones(1)
-    return Shares(
+    return statistics.Shares(
         share,
         low,
         high,

@@ -1,7 +1,5 @@
 """Features that a part's rotations carry into each other, and symmetric steps."""
 
-from functools import cache, partial
-
 import numpy as np
 from scipy.spatial.distance import cdist
 
@@ -16,6 +14,7 @@ STEP_TOLERANCE = 1e-5
 """Share of an axis that symmetry leaves, below which it leaves none."""
 TIE_TOLERANCE = 1e-6
 """Difference of two shares of a step that are equal but for rounding."""
+SAME_MOTION = 1e-3  # difference of entries of two rotations that are one
 
 
 def feature_images(space: changes.DesignSpace) -> tuple[Array, Index]:
@@ -94,17 +93,12 @@ def proper_rotations(space: changes.DesignSpace) -> Array:
     equilibria = space.resting.equilibria
     if equilibria.order.shape[0] > symmetry.MOST_FACES:
         return identity[None]
-    kind = symmetry.kinds_of(equilibria)
-    frames = cache(partial(symmetry.frame_of, equilibria))
-    trial = symmetry.SurfaceTrial(space.part, equilibria.body)
-    # Each rotation takes a stable face to one of its kind, so those of the rarest tell
-    # them all.
-    rarest = np.flatnonzero(kind == np.bincount(kind).argmin()).tolist()
+    trial = symmetry.surface_trial(space.part, equilibria.body)
     rotations = [identity]
-    for face in rarest:
-        for rotation in symmetry.candidate_rotations(frames, rarest[0], face):
-            if trial.effort > symmetry.MOST_EFFORT:
-                return identity[None]
-            if trial.holds(rotation):
-                rotations.append(rotation)
-    return np.array(rotations)
+    for motion in symmetry.candidate_motions(equilibria.body, equilibria.body.faces):
+        is_new = all(np.abs(motion - other).max() > SAME_MOTION for other in rotations)
+        if np.linalg.det(motion) > 0.0 and is_new and trial.holds(motion):
+            rotations.append(motion)
+    return (
+        np.array(rotations) if trial.effort <= symmetry.MOST_EFFORT else identity[None]
+    )

@@ -210,7 +210,11 @@ def _try_kicks(
         KickFeeding(
             statistics,
             feeding.flip_wrong_poses(
-                shares, statistics.counts, feeder.wanted, feeder.rate, feeder.cycle_time
+                shares,
+                statistics.known_flips,
+                feeder.wanted,
+                feeder.rate,
+                feeder.cycle_time,
             ),
         )
         for statistics in simulated_flips

@@ -1,0 +1,183 @@
+"""Triangles in a tree of boxes: which of them are near a point.
+
+Nodes stand in the order of a walk from the root, first child first, and each says where
+the walk goes on if its box is left out: a search needs no stack.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..array_types import Array, Array2, Index, Index1
+from ..compilation import inlined, kernel
+from ..vectors import Vec3, add, cross, dot, length, scale, subtract
+
+LEAF = 4
+"""Most triangles of a leaf."""
+
+DEEPEST = 64
+"""Divisions, after which triangles whose centres coincide stay together."""
+
+
+class TriangleTree(NamedTuple):
+    """Boxes around triangles."""
+
+    box: Array2  # (N, 6) lowest, then highest corner of each node
+    begin: Index1  # (N,) of its triangles in `order`; -1 for a node with children
+    end: Index1  # (N,)
+    skip: Index1  # (N,) node that follows where this one is left out
+    order: Index1  # (T,) triangles, by leaf
+
+
+@kernel
+def triangle_tree(points: Array, triangles: Index, margins: Array) -> TriangleTree:
+    """Put triangles into boxes that are wider by their margins (T,)."""
+    count = triangles.shape[0]
+    low = np.empty((count, 3))
+    high = np.empty((count, 3))
+    for t in range(count):
+        for c in range(3):
+            a = points[triangles[t, 0], c]
+            b = points[triangles[t, 1], c]
+            d = points[triangles[t, 2], c]
+            low[t, c] = min(a, min(b, d)) - margins[t]
+            high[t, c] = max(a, max(b, d)) + margins[t]
+    tree = TriangleTree(
+        np.empty((2 * count, 6)),
+        np.full(2 * count, -1, np.int64),
+        np.full(2 * count, -1, np.int64),
+        np.zeros(2 * count, np.int64),
+        np.arange(count),
+    )
+    # Ranges still to be divided: begin, end, depth.
+    stack = np.empty((2 * DEEPEST, 3), np.int64)
+    stack[0] = (0, count, 0)
+    size = 1
+    nodes = 0
+    while size > 0:
+        size -= 1
+        begin, end, depth = stack[size]
+        _enclose(tree, nodes, low, high, begin, end)
+        middle = begin
+        if end - begin > LEAF and depth < DEEPEST:
+            middle = _divide(tree.order, low, high, begin, end)
+        if middle in (begin, end):
+            tree.begin[nodes] = begin
+            tree.end[nodes] = end
+        else:
+            stack[size] = (middle, end, depth + 1)
+            stack[size + 1] = (begin, middle, depth + 1)
+            size += 2
+        # Nodes of a range follow each other, so that the end of one begins the next.
+        tree.skip[nodes] = end
+        nodes += 1
+    _set_skips(tree, nodes)
+    return tree
+
+
+@kernel
+def _enclose(
+    tree: TriangleTree, node: int, low: Array, high: Array, begin: int, end: int
+) -> None:
+    for c in range(3):
+        lowest = low[tree.order[begin], c]
+        highest = high[tree.order[begin], c]
+        for k in range(begin + 1, end):
+            lowest = min(lowest, low[tree.order[k], c])
+            highest = max(highest, high[tree.order[k], c])
+        tree.box[node, c] = lowest
+        tree.box[node, 3 + c] = highest
+
+
+@kernel
+def _divide(order: Index, low: Array, high: Array, begin: int, end: int) -> int:
+    """Divide a range at the middle of its longest extent; return where."""
+    axis = 0
+    widest = -1.0
+    middle = 0.0
+    for c in range(3):
+        lowest = highest = low[order[begin], c] + high[order[begin], c]
+        for k in range(begin + 1, end):
+            center = low[order[k], c] + high[order[k], c]
+            lowest = min(lowest, center)
+            highest = max(highest, center)
+        if highest - lowest > widest:
+            widest = highest - lowest
+            middle = 0.5 * (lowest + highest)
+            axis = c
+    k = begin
+    last = end
+    while k < last:
+        if low[order[k], axis] + high[order[k], axis] < middle:
+            k += 1
+        else:
+            last -= 1
+            order[k], order[last] = order[last], order[k]
+    return k
+
+
+@kernel
+def _set_skips(tree: TriangleTree, nodes: int) -> None:
+    """Turn the end of each node's range into the node after it."""
+    node_at = np.full(tree.order.shape[0] + 1, nodes, np.int64)
+    for node in range(nodes - 1, -1, -1):
+        end = tree.skip[node]
+        tree.skip[node] = node_at[end]
+        # Of several nodes that begin at one triangle the first is the widest.
+        begin = _first_of(tree, node)
+        node_at[begin] = node
+
+
+@inlined
+def _first_of(tree: TriangleTree, node: int) -> int:
+    """First position in `order` below a node."""
+    while tree.begin[node] < 0:
+        node += 1
+    return int(tree.begin[node])
+
+
+@inlined
+def is_in_box(tree: TriangleTree, node: int, point: Vec3, reach: float) -> bool:
+    """Whether a point is within a reach of a node's box."""
+    box = tree.box
+    return (
+        box[node, 0] - reach <= point.x <= box[node, 3] + reach
+        and box[node, 1] - reach <= point.y <= box[node, 4] + reach
+        and box[node, 2] - reach <= point.z <= box[node, 5] + reach
+    )
+
+
+@inlined
+def square_distance(point: Vec3, a: Vec3, b: Vec3, c: Vec3) -> float:
+    """Square of the distance of a point from a triangle.
+
+    Ericson, Real-Time Collision Detection (2005), section 5.1.5.
+    """
+    ab = subtract(b, a)
+    ac = subtract(c, a)
+    normal = cross(ab, ac)
+    square = dot(normal, normal)
+    nearest = min(
+        _square_to_edge(point, a, b),
+        min(_square_to_edge(point, b, c), _square_to_edge(point, c, a)),
+    )
+    if square > 0.0:
+        offset = subtract(point, a)
+        v = dot(cross(offset, ac), normal)
+        w = dot(cross(ab, offset), normal)
+        if v >= 0.0 and w >= 0.0 and v + w <= square:
+            height = dot(offset, normal) / length(normal)
+            nearest = min(nearest, height * height)
+    return nearest
+
+
+@inlined
+def _square_to_edge(point: Vec3, a: Vec3, b: Vec3) -> float:
+    """Square of the distance of a point from the line between two others."""
+    edge = subtract(b, a)
+    square = dot(edge, edge)
+    share = 0.0
+    if square > 0.0:
+        share = min(max(dot(subtract(point, a), edge) / square, 0.0), 1.0)
+    offset = subtract(point, add(a, scale(edge, share)))
+    return dot(offset, offset)
