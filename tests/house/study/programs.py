@@ -50,6 +50,7 @@ def lab(name, *arguments):
     printed = io.StringIO()
     words = sys.argv
     sys.argv = ["program", *map(str, arguments)]
+    sys.modules.pop(f"lab.{name}", None)  # another test may have imported it
     try:
         with contextlib.redirect_stdout(printed):
             runpy.run_module(f"lab.{name}", run_name="__main__")
