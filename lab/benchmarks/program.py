@@ -16,8 +16,8 @@ BENCHMARKS = Page(
     """# Benchmarks
 
 Written by `python -m lab.benchmarks.core --write`, and so by `lab.benchmarks.start`,
-`lab.benchmarks.drops`, `lab.benchmarks.real_files`,
-`lab.training.expected_errors`, `lab.benchmarks.auto`, `lab.benchmarks.checked` and
+`lab.benchmarks.drops`, `lab.benchmarks.real_files`, `lab.training.expected_errors`,
+`lab.benchmarks.default_answer` and
 `lab.benchmarks.node`, from `docs/measured/numbers/*.json`; edits here are lost.
 The machine was shared while these ran: contenders took turns within one run, so the
 ratios are what counts, and times only give an idea. Kernels were compiled before, and
@@ -31,8 +31,7 @@ linear algebra library wait for each other, which `OPENBLAS_NUM_THREADS=1` avoid
         "drops",
         "real_files",
         "expected_errors",
-        "auto",
-        "checked",
+        "default_answer",
         "node",
     ),
 )

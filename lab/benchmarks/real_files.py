@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from statistics import median
+from typing import TypeVar
 
 import numpy as np
 
@@ -28,6 +29,8 @@ from ros_pose_stats.core.mesh.files import SUFFIXES
 from ros_pose_stats.core.simulation.drops import DropChunk
 
 from .program import benchmark_parser, run_benchmark
+
+Answer = TypeVar("Answer")
 
 FIRST = 100
 SECONDS = 1.0
@@ -81,7 +84,9 @@ def measure(part: Part) -> dict[str, float | int]:
 
     def drop(drops: int) -> float:
         events.clear()
-        return _spent(lambda: simulate(part, drops, seed=1, workers=1, on_drops=count))
+        return timed(lambda: simulate(part, drops, seed=1, workers=1, on_drops=count))[
+            1
+        ]
 
     estimate(part, "split")
     drop(FIRST)
@@ -100,24 +105,24 @@ def measure(part: Part) -> dict[str, float | int]:
 
 def _estimate_seconds(part: Part) -> float:
     new_part = part_from_mesh(part.vertices, part.triangles)
-    return _spent(lambda: estimate(new_part, "split"))
+    return timed(lambda: estimate(new_part, "split"))[1]
 
 
-def _spent(call: Callable[[], object]) -> float:
-    """Processor time that a call takes, of all threads."""
+def timed(call: Callable[[], Answer]) -> tuple[Answer, float]:
+    """What a call returns, and its processor time in seconds, of all threads."""
     begin = time.process_time()
-    call()
-    return time.process_time() - begin
+    answer = call()
+    return answer, time.process_time() - begin
 
 
 def summary(rows: Sequence[Row]) -> Section:
     """Median, tenth percentile and least of all files, with the targets."""
-    rate = np.array([float(row.cells["drops/s"]) for row in rows])
-    took = np.array([float(row.cells["estimate, ms"]) for row in rows])
-    tenth = float(np.percentile(rate, 10))
-    ninth = float(np.percentile(took, 90))
-    middle = float(np.median(rate))
-    slowest = float(rate.min())
+    rates = [float(row.cells["drops/s"]) for row in rows]
+    times = [float(row.cells["estimate, ms"]) for row in rows]
+    names = ("median", "worst tenth", "worst")
+    rate = dict(zip(names, np.percentile(rates, (50, 10, 0)).tolist(), strict=True))
+    took = dict(zip(names, np.percentile(times, (50, 90, 100)).tolist(), strict=True))
+    aims = zip(names, (MEDIAN, TENTH, LEAST), strict=True)
     return Section(
         "real_files",
         "Files of real parts",
@@ -125,27 +130,15 @@ def summary(rows: Sequence[Row]) -> Section:
         (
             Row(
                 "drops/s",
-                {
-                    "files": len(rows),
-                    "median": middle,
-                    "worst tenth": tenth,
-                    "worst": slowest,
-                },
-                (
-                    Target("median", middle, MEDIAN, at_least=True),
-                    Target("tenth percentile", tenth, TENTH, at_least=True),
-                    Target("least", slowest, LEAST, at_least=True),
+                {"files": len(rows), **rate},
+                tuple(
+                    Target(name, rate[name], aim, at_least=True) for name, aim in aims
                 ),
             ),
             Row(
                 "estimate, ms",
-                {
-                    "files": len(rows),
-                    "median": float(np.median(took)),
-                    "worst tenth": ninth,
-                    "worst": float(took.max()),
-                },
-                (Target("90th percentile", ninth, MILLISECONDS),),
+                {"files": len(rows), **took},
+                (Target("worst tenth", took["worst tenth"], MILLISECONDS),),
             ),
         ),
     )

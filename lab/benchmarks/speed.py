@@ -18,7 +18,7 @@ from lab.frame.page import DOCS, NUMBERS
 from lab.frame.results import Results, Row, Section, format_cell, load
 from study.chart.speed_accuracy import duration
 
-MEASURED = ("core", "drops", "auto", "start", "node")
+MEASURED = ("core", "drops", "default_answer", "start", "node")
 TOLERANCE = ", tolerance 0.005"
 """End of the names of rows at the default cluster tolerance."""
 
@@ -99,7 +99,7 @@ def speed_page(runs: dict[str, Results], chart: dict[str, Any]) -> str:
     for name, render in (
         ("demo", _demo_parts),
         ("drop_growth", _drop_growth),
-        ("auto", _targets),
+        ("targets", _targets),
     ):
         if name in sections:
             parts.append(f"{render(sections[name])}\n")
@@ -170,12 +170,11 @@ def _of_drop(rows: Sequence[Row], vertices: int) -> str:
 def _targets(section: Section) -> str:
     rows = [
         (
-            row.name.removeprefix("auto, ").replace("1 points", "1 point"),
-            _milliseconds(row.cells["auto, ms"]),
+            row.name.replace("1 points", "1 point"),
+            _milliseconds(row.cells["ms"]),
             f"{format_cell(row.cells['kept'])} %",
         )
         for row in section.rows
-        if row.name.endswith("points")
     ]
     return f"{WANTED_ERROR}\n{markdown_table(('error', 'time', 'kept'), rows)}"
 

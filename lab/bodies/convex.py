@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.random import Generator
 
-from ros_pose_stats.core.mesh.mass_properties import solid_of
+from ros_pose_stats.core.mesh.surface import solid_of
+from ros_pose_stats.core.mesh.vectors import to_unit_size
 from ros_pose_stats.core.shapes.profiles import unit_circle
 
 from .shapes import hull_mesh
@@ -88,7 +89,8 @@ def weighted(draw: Generator) -> list[Solid]:
     (shell,) = makers[int(draw.integers(len(makers)))](draw)
     corners = shell.corners
     size = 0.01 * float(np.ptp(corners, axis=0).min())
-    volume = solid_of(*hull_mesh(corners)).volume
+    vertices, triangles = hull_mesh(corners)
+    volume = solid_of(to_unit_size(vertices), triangles).volume
     solids = [shell]
     for _ in range(int(draw.integers(1, 4))):
         share = draw.dirichlet(np.full(corners.shape[0], draw.choice([0.1, 1.0])))

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ros_pose_stats.core.mesh.mass_properties import solid_of
 from ros_pose_stats.core.mesh.parts import part_from_mesh
+from ros_pose_stats.core.mesh.surface import solid_of
+from ros_pose_stats.core.mesh.vectors import to_unit_size
 from ros_pose_stats.core.records import Part
 
 from .shapes import hull_mesh, lofted
@@ -106,7 +107,10 @@ def assembled(solids: list[Solid]) -> Part:
     Its surface is the convex hull, or where a solid has triangles of its own, those of
     all solids; its mass properties are those of the solids.
     """
-    whole = [solid_of(*solid.surface()) for solid in solids]
+    whole = [
+        solid_of(to_unit_size(vertices), triangles)
+        for vertices, triangles in (solid.surface() for solid in solids)
+    ]
     density = np.array([solid.density for solid in solids])
     masses = density * np.array([one.volume for one in whole])
     centers = np.array([one.centroid for one in whole])

@@ -15,23 +15,23 @@ class PoseStatsError(ValueError):
     ----------
     expected : str
         What would have been accepted, with the bound and its unit.
-    found : str
+    finding : str
         What came, with its value.
     remedy : str
         What the user can do.
     """
 
-    def __init__(self, expected: str, found: str, remedy: str) -> None:
-        line = " ".join(part.strip() for part in found.splitlines())
+    def __init__(self, expected: str, finding: str, remedy: str) -> None:
+        line = " ".join(part.strip() for part in finding.splitlines())
         if len(line) > _LONGEST:
             line = f"{line[: _LONGEST - 1]}…"
         self.expected = expected
-        self.found = line
+        self.finding = line
         self.remedy = remedy
         super().__init__(f"expected {expected}, got {line}; {remedy}")
 
     def __reduce__(self) -> "tuple[type[PoseStatsError], tuple[str, str, str]]":
-        return type(self), (self.expected, self.found, self.remedy)
+        return type(self), (self.expected, self.finding, self.remedy)
 
 
 class MeshError(PoseStatsError):

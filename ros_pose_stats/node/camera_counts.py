@@ -13,6 +13,7 @@ from rclpy import callback_groups, event_handler, qos, serialization
 from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 
 from ..base.errors import RequestError
+from ..core.records.scene import numbering_of
 from ..core.resting.observed_orientations import classify_orientations
 from .equipment import Equipment
 from .lanes import describe_error
@@ -21,7 +22,6 @@ from .messages import part_messages, part_requests, times
 from .parts.known_part import KnownPart
 from .parts.registry import PartRegistry
 from .recorder import POSE_COUNTS
-from .recording.decoding import numbering_of
 from .refusals import COUNTS, MINUTE, SequenceGaps
 
 # of a camera's message: counts of some 80 000 poses, or some 16 000 parts

@@ -182,7 +182,7 @@ def publish_part(
             if patience > PATIENCE:
                 warn(f"{problem}. Publishing on until one answers, or Ctrl-C")
                 spin_until(node, stop, results.are_complete, patience - PATIENCE)
-            if not (results.are_complete() or stop.is_requested):
+            if results.newest is None and not stop.is_requested:
                 raise RequestError(f"a result within {seconds:g} s", "none", problem)
         if results.newest is not None:
             yield statistics_of_message(results.newest)

@@ -301,7 +301,7 @@ def find_profile(plates: str, plate: str) -> PlateProfile | None:
         profiles = read_profiles(file)
     except RequestError as refusal:
         raise RequestError(
-            f"plates: {refusal.expected}", refusal.found, remedy
+            f"plates: {refusal.expected}", refusal.finding, remedy
         ) from refusal
     except (OSError, RuntimeError) as error:
         # Of a name that is too long, or of a user that there is not.

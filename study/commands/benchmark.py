@@ -34,7 +34,7 @@ def register(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         "Table I beside the paper's figures, from datasets",
         "Compare every estimator with datasets, as Table I of the paper does, and show "
         "the paper's figures beside: errors by restitution, noise, sensitivity, "
-        "coefficients fitted anew, and the largest deviations, dropped again.",
+        "and the largest deviations, dropped again.",
         "table --dataset small.npz",
     )
     _add_dataset_options(table, None)

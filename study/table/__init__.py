@@ -1,6 +1,4 @@
-"""Table I and what belongs to it: errors by restitution, sensitivity, refits,
-outliers.
-"""
+"""Table I and what belongs to it: errors by restitution, sensitivity, outliers."""
 
 from .dataset_table import table
 from .table_results import TableResults

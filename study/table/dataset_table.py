@@ -21,7 +21,6 @@ from ..dataset import Dataset
 from ..errors.partition import accuracy, noise_of, sensitivity
 from ..errors.simulated_poses import SimulatedPoses, pooled
 from ..estimates import restings, scene_estimates
-from .refits import refits
 from .table_results import CombinedRow, Outlier, Row, Shapes, TableResults
 
 Array = NDArray[np.float64]
@@ -103,7 +102,6 @@ def _compared(
         },
         sensitivity=difference,
         combined=combined_row(dataset, poses, first) if spec.drops > first else None,
-        refits=tuple(refits(_first_estimates(estimates), all_drops, single)),
         outliers=(),
         estimates=estimates,
         seconds=0.0,

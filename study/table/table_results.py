@@ -61,28 +61,6 @@ class CombinedRow(NamedTuple):
     by_restitution: dict[float, Accuracy]
 
 
-class Refit(NamedTuple):
-    """Coefficients fitted to the dataset.
-
-    Attributes
-    ----------
-    name : str
-        `NQSE` (Eq. 6) or `combined` (Eq. 9), with the restitution where it is for one alone.
-    published, fitted, standard_error : tuple of float
-        The error by a bootstrap over bodies.
-    error : float
-        sigma(e, p) with the fitted ones, on the same drops; `published_error` with the
-        published.
-    """
-
-    name: str
-    published: tuple[float, ...]
-    fitted: tuple[float, ...]
-    standard_error: tuple[float, ...]
-    published_error: float
-    error: float
-
-
 class Outlier(NamedTuple):
     """One of the largest deviations of the combined estimator, and the result of more
     drops.
@@ -127,8 +105,6 @@ class TableResults:
         Of the lowest restitution's probabilities against the highest's.
     combined : CombinedRow or None
         Of hybrid with the first drops, against all others; None where there are no others.
-    refits : tuple of Refit
-        Empty where there are too few bodies to fit anything to.
     outliers : tuple of Outlier
     estimates : dict of float to dict of str to (P,) array
         Behind the rows, by restitution.
@@ -143,7 +119,6 @@ class TableResults:
     pooled_noise: Noise
     sensitivity: Accuracy | None
     combined: CombinedRow | None
-    refits: tuple[Refit, ...]
     outliers: tuple[Outlier, ...]
     estimates: dict[float, dict[str, Array]]
     seconds: float
@@ -164,7 +139,6 @@ class TableResults:
             "noise_of_100": plain(self.noise),
             "pooled_noise_of_100": plain(self.pooled_noise),
             "sensitivity": plain(self.sensitivity),
-            "refits": plain(self.refits),
             "outliers": plain(self.outliers),
             "seconds": self.seconds,
         }

@@ -28,11 +28,6 @@ def _sections(results: TableResults) -> Iterator[str]:
     yield _estimators(results)
     yield _noise(results)
     yield "The bodies beside the paper's:\n\n" + _bodies(results)
-    if results.refits:
-        yield (
-            "Fitted anew to this dataset (± standard error); errors in points with the "
-            "published numbers and with the fitted ones:\n\n" + _refits(results)
-        )
     if results.outliers:
         yield (
             "The largest deviations of the combined estimator after "
@@ -129,28 +124,6 @@ def _bodies(results: TableResults) -> str:
         ("drops that did not settle", "", f"{shapes.unsettled}"),
     ]
     return markdown_table(("", "paper", "here"), rows)
-
-
-def _refits(results: TableResults) -> str:
-    rows = []
-    for refit in results.refits:
-        published = ", ".join(f"{value:.3g}" for value in refit.published)
-        fitted = ", ".join(
-            f"{value:.3g} ± {error:.2g}"
-            for value, error in zip(refit.fitted, refit.standard_error, strict=True)
-        )
-        rows.append(
-            (
-                refit.name,
-                published,
-                fitted,
-                points(refit.published_error, 2),
-                points(refit.error, 2),
-            )
-        )
-    return markdown_table(
-        ("", "published", "fitted", "error, published", "error, fitted"), rows
-    )
 
 
 def _outliers(results: TableResults) -> str:

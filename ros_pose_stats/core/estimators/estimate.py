@@ -7,13 +7,14 @@ from dataclasses import dataclass, field
 from importlib import import_module
 
 from ...base import errors, methods
-from ..records import Array, DropScene, Part, PoseStatistics, statistics
+from ..records import Array, DropScene, Part, PoseStatistics
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_RESTITUTION,
     DEFAULT_ROUND_SIDES,
     LOW_DROP_RADII,
 )
+from ..records.shares import pose_statistics
 from ..resting import poses, trust
 from . import published
 from .expected import ExpectedError, best_method, expected_error
@@ -74,7 +75,7 @@ def estimate_in(
     remarks = trust.pose_remarks(resting)
     probability = chosen.function(resting, scene)
     expected = expected_error(chosen.name, resting, probability, scene)
-    return statistics.pose_statistics(
+    return pose_statistics(
         part,
         resting.body.radius,
         resting.poses,

@@ -18,7 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..records import Array, DropScene, Index, statistics
+from ..records import Array, DropScene, Index
+from ..records.shares import Shares
 from ..resting.poses import RestingPoses
 from ..statistics.errors import DEFAULT_LEVEL, largest_error, root_mean_square
 from . import fitted, published
@@ -72,10 +73,10 @@ class ExpectedError(NamedTuple):
     # root mean square of what lopsided parts may gain by rolling, part of `part_error`
     rolling_error: float = 0.0
 
-    def shares(self, probability: Array) -> statistics.Shares:
+    def shares(self, probability: Array) -> Shares:
         """Probabilities (P,) with their errors, and 90 % intervals cut at 0 and 1."""
         half_width = self.reach * self.pose_errors
-        return statistics.Shares(
+        return Shares(
             probability,
             np.maximum(probability - half_width, 0.0),
             np.minimum(probability + half_width, 1.0),

@@ -1,4 +1,4 @@
-"""Checks of the numbers and triangle meshes that callers pass to the library."""
+"""Numbers and triangle meshes that callers pass: checked, then welded and in order."""
 
 from typing import Any
 
@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...base.errors import MeshError
+from .. import tolerances
+from ..kernels.mesh import measures, nearness
 from ..records import Array, Index, Mask
 
 NOT_NUMBERS = (TypeError, ValueError, OverflowError)
@@ -147,6 +149,29 @@ def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
             "count vertices from 0",
         )
     return np.ascontiguousarray(numbers.astype(np.uint32))
+
+
+def weld(vertices: Array, triangles: Index) -> tuple[Array, Index]:
+    """Merge vertices within `WELD` of the extent and drop collapsed triangles.
+
+    Returns the first of coincident vertices; the very array given when nothing changes.
+    """
+    vertices, triangles = remove_unused(vertices, triangles)
+    if len(triangles) == 0:
+        return vertices, triangles
+    low, high = measures.bounds(vertices)
+    extent = float((high - low).max())
+    if extent == 0.0:
+        return vertices[:1], triangles[:0]
+    has_coincident, representative = nearness.first_of_coincident(
+        vertices, low, tolerances.WELD * extent
+    )
+    if not has_coincident:
+        return remove_unused(vertices, remove_collapsed(triangles))
+    is_kept = representative == np.arange(len(vertices))
+    number = np.cumsum(is_kept) - 1
+    triangles = remove_collapsed(number[representative][triangles])
+    return remove_unused(vertices[is_kept], triangles)
 
 
 def mask_of(rows: NDArray[Any], count: int) -> Mask:

@@ -51,8 +51,10 @@ class Closing(NamedTuple):
     open_volume: float = 0.0
 
 
-def close_holes(vertices: Array, triangles: Index) -> Closing:
-    """Close the holes of a mesh whose vertices are welded."""
+def close_holes(
+    vertices: Array, scaled: vectors.UnitPoints, triangles: Index
+) -> Closing:
+    """Close the holes of a mesh whose vertices are welded, and `scaled` to size one."""
     surface = winding.wind_alike(vertices, triangles)
     if surface is None:
         return Closing(None, "is one-sided like a Möbius strip")
@@ -66,14 +68,14 @@ def close_holes(vertices: Array, triangles: Index) -> Closing:
     rims = join_loops(edges)
     loops = [edges.begin[rim] for rim in rims]
     holes = text.several(len(loops), "hole")
-    points, _, size = vectors.to_unit_size(vertices)
+    points, _, size = scaled
     if _has_lost_wall(points, edges, rims):
         return Closing(None, f"has {holes}, of which two may be the ends of one bore")
     caps = [_cap(points, plane_loops) for plane_loops in _group_coplanar(points, loops)]
     closed_surface = np.concatenate([surface, *caps])
-    if _area(points, closed_surface[len(surface) :]) > LARGEST_SHARE * _area(
-        points, surface
-    ):
+    if vectors.surface_area(
+        points, closed_surface[len(surface) :]
+    ) > LARGEST_SHARE * vectors.surface_area(points, surface):
         return Closing(
             None, f"is a sheet, with {holes}, rather than the surface of a solid"
         )
@@ -97,7 +99,7 @@ def _has_lost_wall(points: Array, edges: "OpenEdges", rims: Sequence[Index]) -> 
             continue
         corners = points[edges.begin[rim]]
         neighbours = points[edges.neighbour[rim]]
-        normal = _normal(corners)
+        normal = vectors.loop_normal(corners)
         center = corners.sum(axis=0) / len(rim)
         offsets = np.concatenate((corners, neighbours)) - center
         if np.abs((offsets * normal).sum(axis=1)).max() > tolerances.COPLANAR:
@@ -121,7 +123,7 @@ def _group_coplanar(points: Array, loops: Sequence[Index]) -> list[list[Index]]:
     planes: list[Array] = []
     groups: list[list[Index]] = []
     for loop in loops:
-        normal = _normal(points[loop]) if len(loop) > 3 else np.zeros(3)
+        normal = vectors.loop_normal(points[loop]) if len(loop) > 3 else np.zeros(3)
         heights = (points[loop] * normal).sum(axis=1)
         plane: Array = np.full(4, np.nan)  # of a loop alone: equal to none
         if normal.any() and float(np.ptp(heights)) < tolerances.COPLANAR:
@@ -159,7 +161,7 @@ def _projection_axes(points: Array, loops: Sequence[Index]) -> Array:
     """Two axes (3, 2) of the plane onto which loops are projected, the largest's."""
     spokes = points[loops[0]] - points[loops[0][0]]
     longest_spoke = spokes[vectors.lengths(spokes).argmax()]
-    normals = np.array([_area_vector(points[loop]) for loop in loops])
+    normals = np.array([vectors.loop_area(points[loop]) for loop in loops])
     normal = normals[vectors.lengths(normals).argmax()]
     if (
         float((normal * normal).sum())
@@ -174,25 +176,6 @@ def _projection_axes(points: Array, loops: Sequence[Index]) -> Array:
     second_axis = np.cross(normal, direction)
     axes = np.array([np.cross(second_axis, normal), second_axis])
     return (axes / vectors.lengths(axes)[:, None]).T
-
-
-def _area_vector(corners: Array) -> Array:
-    """Normal of a loop (n, 3), as long as its area is large."""
-    spokes = corners - corners[0]
-    crosses: Array = np.cross(spokes, np.roll(spokes, -1, axis=0))
-    return np.asarray(crosses.sum(axis=0) / 2.0)
-
-
-def _normal(corners: Array) -> Array:
-    """Unit normal of a loop (n, 3); zeros where it has no area."""
-    area = _area_vector(corners)
-    length = float(vectors.lengths(area[None])[0])
-    return area / length if length > 0.0 else area
-
-
-def _area(points: Array, triangles: Index) -> float:
-    """Area of triangles (T, 3)."""
-    return float(vectors.lengths(vectors.area_vectors(points, triangles)).sum()) / 2.0
 
 
 def _hull_volume(corners: Array) -> float:

@@ -15,10 +15,10 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ...base import errors
 from .. import tolerances
-from ..kernels.mesh.measures import bounds, thinness
+from ..kernels.mesh.measures import thinness
 from ..records import Array, Corners, Index, Part
 from .arrays import mask_of
-from .vectors import to_unit_size
+from .vectors import UnitPoints, to_unit_size
 
 CROWD = 1000
 """Corners of one face from which on Qhull takes longer for them than for as many other
@@ -59,14 +59,13 @@ class Hull(NamedTuple):
     scale: float  # largest extent of the bounding box, metres
 
 
-def hull_of(points: Array) -> Hull:
-    """Convex hull of points (N, 3) in space, metres."""
-    scaled, shift, scale = to_unit_size(points)
+def hull_of(scaled: UnitPoints) -> Hull:
+    """Convex hull of points that were brought to unit size."""
     try:
-        qhull = _facets(scaled)
+        qhull = _facets(scaled.points)
     except (QhullError, ValueError) as error:
-        raise _flat_points_error(points) from error
-    return Hull(qhull, shift, scale)
+        raise _flat_points_error(scaled.points) from error
+    return Hull(qhull, scaled.center, scaled.size)
 
 
 def _flat_points_error(points: Array) -> errors.MeshError:
@@ -80,7 +79,7 @@ def _flat_points_error(points: Array) -> errors.MeshError:
 def _facets(points: Array) -> Facets:
     """Run Qhull; on slightly moved points where a face is crowded."""
     # Points in a plane are no part, but would seem to be one once they are moved.
-    if is_crowded(points) and thinness(points, *bounds(points)) >= tolerances.FLATTEST:
+    if is_crowded(points) and thinness(points) >= tolerances.FLATTEST:
         for step in tolerances.SHAKEN:
             moves = np.random.default_rng(0).uniform(-step, step, points.shape)
             try:
@@ -123,7 +122,19 @@ def keep_hull(part: Part, hull: Hull) -> None:
 
 
 def _hull_of_surface(part: Part) -> Hull:
-    return hull_of(part.surface_vertices)
+    return hull_of(to_unit_size(part.surface_vertices))
+
+
+def distance_to_hull(point: Array, hull: Hull) -> float:
+    """How far a point is beyond the nearest hull plane, metres; negative inside."""
+    planes = hull.qhull.equations
+    with np.errstate(over="ignore"):
+        position = (point - hull.shift) / hull.scale
+        offset = float(np.abs(position).max())
+    if offset > 1e9:
+        # Perhaps too far to compute with, and the hull is as good as a point.
+        return offset * hull.scale
+    return float((planes[:, :3] @ position + planes[:, 3]).max() * hull.scale)
 
 
 def is_crowded(points: Array) -> bool:

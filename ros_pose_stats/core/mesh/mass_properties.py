@@ -1,11 +1,4 @@
-"""Volume, centroid and inertia of a solid, and checks of given mass properties.
-
-A closed surface is split into tetrahedra from one common apex; their signed volumes,
-first and second moments are polynomials in the vertices and add up exactly (divergence
-theorem). The apex is the centre of the bounding box and the size is scaled to one, so
-neither the place of the part nor its unit costs digits. Powers are written as
-products, for the C library's round differently on other processors.
-"""
+"""Given mass properties: checked, and completed by those of the solid."""
 
 import math
 from typing import NamedTuple
@@ -13,13 +6,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base import text
 from ...base.errors import MassPropertiesError
-from ..kernels.mesh.measures import solid_moments
 from ..kernels.principal_axes import principal_axes
-from ..records import Array, Index
-from ..tolerances import TRIANGLE_INEQUALITY
+from ..records import Array
+from ..tolerances import ON_HULL, TRIANGLE_INEQUALITY
 from .arrays import NOT_NUMBERS, real_array, real_number
-from .vectors import to_unit_size
+from .hull import Hull, distance_to_hull
+from .surface import Surface
+from .vectors import lengths
 
 # Beyond it products with squares of lengths from 1e-50 to 1e50 m come near the ends of
 # float64.
@@ -30,35 +25,10 @@ _LIGHTEST = 20.0
 _HEAVIEST = 25_000.0
 
 
-class Solid(NamedTuple):
-    """A solid of density one."""
-
-    volume: float  # m³; negative when the surface is wound inward
-    centroid: Array  # (3,); metres; NaN when the volume is zero
-    inertia: Array  # (3, 3); about the centroid, m⁵ (times a density: kg m²)
-
-
-def solid_of(vertices: Array, triangles: Index) -> Solid:
-    """Integrate over the solid that a closed surface encloses."""
-    points, shift, scale = to_unit_size(vertices)
-    volume, *moments = solid_moments(points, np.ascontiguousarray(triangles)).tolist()
-    if volume == 0.0:
-        return Solid(0.0, np.full(3, math.nan), np.full((3, 3), math.nan))
-    x, y, z = (moment / volume for moment in moments[:3])
-    xx, yy, zz, xy, xz, yz = moments[3:]
-    xx = xx - volume * x * x
-    yy = yy - volume * y * y
-    zz = zz - volume * z * z
-    xy = xy - volume * x * y
-    xz = xz - volume * x * z
-    yz = yz - volume * y * z
-    inertia = np.array([[yy + zz, -xy, -xz], [-xy, xx + zz, -yz], [-xz, -yz, xx + yy]])
-    cube = scale * scale * scale
-    return Solid(
-        volume * cube,
-        shift + scale * np.array([x, y, z]),
-        inertia * (cube * scale * scale),
-    )
+LEAST_SHARE = 1e-7
+MOST_SHARE = 1e10
+"""Of mass times squared radius, which a largest moment may have: g mm² are 1e9 too
+many."""
 
 
 class GivenProperties(NamedTuple):
@@ -87,7 +57,7 @@ def check_properties(
         raise MassPropertiesError(
             "a mass or a density", "both", "leave one of them out"
         )
-    kilograms = None if mass is None else check_mass(mass)
+    kilograms = None if mass is None else _check_mass(mass)
     density_value = None if density is None else _check_density(density)
     tensor = (
         None if inertia is None else _check_inertia(inertia, kilograms or density_value)
@@ -121,9 +91,13 @@ def _check_density(density: float) -> float:
     return value
 
 
-def check_mass(mass: float) -> float:
+def _check_mass(mass: float) -> float:
     """A mass that can be computed with, as a float."""
-    value = _number(mass, "a mass in kilograms")
+    return _check_range(_number(mass, "a mass in kilograms"))
+
+
+def _check_range(value: float) -> float:
+    """Refuse a mass, in kilograms, that cannot be computed with."""
     if not 0.0 < value < math.inf:
         raise MassPropertiesError(
             "a finite mass above 0 kg", f"{value} kg", "leave it out for unit mass"
@@ -207,3 +181,74 @@ def _check_physical(tensor: Array) -> None:
             f"{(moments * size).tolist()} kg m²",
             "products of inertia may have the opposite sign in your CAD system",
         )
+
+
+def complete_properties(
+    properties: GivenProperties, surface: Surface
+) -> tuple[float, Array, Array]:
+    """Mass, centre of mass and inertia: given ones, else those of the solid."""
+    center = surface.solid.centroid
+    kilograms = 1.0 if properties.mass is None else properties.mass
+    if properties.density is not None:
+        if surface.from_hull:
+            raise MassPropertiesError(
+                "a closed mesh where a density is given",
+                "one whose volume is not known, as it is open",
+                "give the mass instead, or export the mesh closed",
+            )
+        kilograms = _check_range(properties.density * surface.solid.volume)
+    if properties.center_of_mass is not None:
+        check_inside(properties.center_of_mass, surface.vertices, surface.hull)
+        center = properties.center_of_mass
+    uniform = surface.solid.inertia * (kilograms / surface.solid.volume)
+    return (
+        kilograms,
+        center,
+        uniform if properties.inertia is None else properties.inertia,
+    )
+
+
+def check_inside(center: Array, vertices: Array, hull: Hull) -> None:
+    """Refuse a centre of mass on or outside the convex hull."""
+    distance = distance_to_hull(center, hull)
+    # The square of a distance from far outside may be beyond float64.
+    radius = hull.scale if distance > hull.scale else _reach(center, vertices)
+    if distance < -ON_HULL * radius:
+        return
+    on_hull = distance <= ON_HULL * radius
+    position = (
+        "on its surface" if on_hull else f"{text.length_in_words(distance)} outside"
+    )
+    raise MassPropertiesError(
+        "a centre of mass inside the part's convex hull",
+        "({:.6g}, {:.6g}, {:.6g}) mm, ".format(*1e3 * center) + position,
+        "check its unit, and that it is in the mesh's own frame",
+    )
+
+
+def _reach(center: Array, vertices: Array) -> float:
+    """Largest distance of a vertex from the centre of mass, metres."""
+    return float(lengths(vertices - center).max())
+
+
+def inertia_warning(
+    inertia: Array, mass: float, center: Array, surface: Surface
+) -> tuple[str, ...]:
+    """Warn about an inertia that no material inside can have; refuse absurd ones."""
+    reach = _reach(center, surface.vertices)
+    limit = mass * reach * reach
+    moment = float(principal_axes(inertia)[0][-1])
+    if not LEAST_SHARE * limit <= moment <= MOST_SHARE * limit:
+        raise MassPropertiesError(
+            f"moments of inertia from {LEAST_SHARE * limit:.3g} to "
+            f"{MOST_SHARE * limit:.3g} kg m² of a part of this size and mass",
+            f"{moment:.3g} kg m²",
+            "check the unit of the tensor",
+        )
+    if moment <= limit * (1.0 + TRIANGLE_INEQUALITY):
+        return ()
+    return (
+        f"INERTIA_SUSPECT: a principal moment of {moment:.3g} kg m² is more than "
+        f"material inside the part can have ({limit:.3g} kg m²); check its unit (kg "
+        "mm², g mm²).",
+    )

@@ -9,18 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base import errors, text
-from .. import tolerances
-from ..kernels.principal_axes import principal_axes
-from ..records import Array, Part
+from ..records import Part
 from ..records.part import digest_name
-from . import arrays, files, mass_properties, units, vectors
-from .hull import Hull, hull_of_part, keep_hull
-from .surface import Surface, distance_to_hull, surface_of
-
-LEAST_SHARE = 1e-7
-MOST_SHARE = 1e10
-"""Of mass times squared radius, which a largest moment may have: g mm² are 1e9 too
-many."""
+from . import arrays, files, mass_properties, units
+from .hull import hull_of_part, keep_hull
+from .surface import surface_of
 
 
 def load_part(
@@ -151,9 +144,10 @@ def part_of_file(
 ) -> Part:
     """Check, weld, close, orient and integrate the mesh of a file or of arrays."""
     metres, corners = arrays.check_mesh(mesh.vertices, mesh.triangles, mesh.unit)
-    surface = surface_of(metres, corners.astype(np.int64))
     rounding = arrays.coordinate_rounding(mesh.vertices, corners) * mesh.unit
-    kilograms, center, tensor = _mass_properties(properties, surface)
+    vertices, triangles = arrays.weld(metres, corners.astype(np.int64))
+    surface = surface_of(vertices, triangles)
+    kilograms, center, tensor = mass_properties.complete_properties(properties, surface)
     warnings = (
         *units.unit_warnings(
             surface.hull.scale,
@@ -164,7 +158,7 @@ def part_of_file(
             mesh.declared,
         ),
         *surface.warnings,
-        *_inertia_warning(tensor, kilograms, center, surface),
+        *mass_properties.inertia_warning(tensor, kilograms, center, surface),
     )
     part = Part(
         part_id,
@@ -181,33 +175,6 @@ def part_of_file(
     )
     keep_hull(part, surface.hull)
     return part
-
-
-def _mass_properties(
-    properties: mass_properties.GivenProperties, surface: Surface
-) -> tuple[float, Array, Array]:
-    """Mass, centre of mass and inertia: given ones, else those of the solid."""
-    center = surface.solid.centroid
-    kilograms = 1.0 if properties.mass is None else properties.mass
-    if properties.density is not None:
-        if surface.from_hull:
-            raise errors.MassPropertiesError(
-                "a closed mesh where a density is given",
-                "one whose volume is not known, as it is open",
-                "give the mass instead, or export the mesh closed",
-            )
-        kilograms = mass_properties.check_mass(
-            properties.density * surface.solid.volume
-        )
-    if properties.center_of_mass is not None:
-        _check_inside(properties.center_of_mass, surface.vertices, surface.hull)
-        center = properties.center_of_mass
-    uniform = surface.solid.inertia * (kilograms / surface.solid.volume)
-    return (
-        kilograms,
-        center,
-        uniform if properties.inertia is None else properties.inertia,
-    )
 
 
 def shift_center(part: Part, offset: ArrayLike) -> Part:
@@ -237,54 +204,8 @@ def shift_center(part: Part, offset: ArrayLike) -> Part:
         return part
     center = part.center_of_mass + step
     hull = hull_of_part(part)
-    _check_inside(center, part.surface_vertices, hull)
+    mass_properties.check_inside(center, part.surface_vertices, hull)
     name = "" if part.part_id == digest_name(part.digest) else part.part_id
     shifted = replace(part, part_id=name, center_of_mass=center)
     keep_hull(shifted, hull)
     return shifted
-
-
-def _check_inside(center: Array, vertices: Array, hull: Hull) -> None:
-    """Refuse a centre of mass on or outside the convex hull."""
-    distance = distance_to_hull(center, hull)
-    # The square of a distance from far outside may be beyond float64.
-    radius = hull.scale if distance > hull.scale else _reach(center, vertices)
-    if distance < -tolerances.ON_HULL * radius:
-        return
-    on_hull = distance <= tolerances.ON_HULL * radius
-    position = (
-        "on its surface" if on_hull else f"{text.length_in_words(distance)} outside"
-    )
-    raise errors.MassPropertiesError(
-        "a centre of mass inside the part's convex hull",
-        "({:.6g}, {:.6g}, {:.6g}) mm, ".format(*1e3 * center) + position,
-        "check its unit, and that it is in the mesh's own frame",
-    )
-
-
-def _reach(center: Array, vertices: Array) -> float:
-    """Largest distance of a vertex from the centre of mass, metres."""
-    return float(vectors.lengths(vertices - center).max())
-
-
-def _inertia_warning(
-    inertia: Array, mass: float, center: Array, surface: Surface
-) -> tuple[str, ...]:
-    """Warn about an inertia that no material inside can have; refuse absurd ones."""
-    reach = _reach(center, surface.vertices)
-    limit = mass * reach * reach
-    moment = float(principal_axes(inertia)[0][-1])
-    if not LEAST_SHARE * limit <= moment <= MOST_SHARE * limit:
-        raise errors.MassPropertiesError(
-            f"moments of inertia from {LEAST_SHARE * limit:.3g} to "
-            f"{MOST_SHARE * limit:.3g} kg m² of a part of this size and mass",
-            f"{moment:.3g} kg m²",
-            "check the unit of the tensor",
-        )
-    if moment <= limit * (1.0 + tolerances.TRIANGLE_INEQUALITY):
-        return ()
-    return (
-        f"INERTIA_SUSPECT: a principal moment of {moment:.3g} kg m² is more than "
-        f"material inside the part can have ({limit:.3g} kg m²); check its unit (kg "
-        "mm², g mm²).",
-    )

@@ -13,7 +13,6 @@ from ..kernels.mesh.measures import tetrahedra
 from ..records import Array, Index, Mask
 from ..tolerances import OVERLAP
 from .overlap import check_patience, reach_into_each_other
-from .vectors import to_unit_size
 from .winding import (
     Shells,
     find_crossings,
@@ -27,13 +26,12 @@ _NO_VOLUME = 1e-14
 _FEW = 4  # candidates that are asked at first
 
 
-def orient_outward(vertices: Array, shells: Shells) -> tuple[Index, float]:
-    """Turn the shells so that all normals point out of the material.
+def orient_outward(points: Array, shells: Shells) -> tuple[Index, float]:
+    """Turn shells of points of size one so that normals point out of the material.
 
     Returns the triangles, and the share of the volume that counts twice where bodies
     reach into each other by more than `OVERLAP` of the size, else 0.
     """
-    points = to_unit_size(vertices)[0]
     weights = tetrahedra(points, shells.triangles)
     if shells.shell_count == 1:
         is_inverted = float(weights.sum()) < 0.0

@@ -1,19 +1,20 @@
-"""From a mesh to the surface of a solid: welded, closed, oriented and integrated."""
+"""From a welded mesh to the surface of a solid: closed, oriented and integrated."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ...base import errors, text
 from .. import tolerances
-from ..kernels.mesh import measures, nearness
+from ..kernels.mesh.measures import solid_moments, thinness
 from ..kernels.principal_axes import principal_axes
 from ..records import Array, Index
-from . import arrays, mass_properties, winding
+from . import arrays, winding
 from .closing import Closing, close_holes
-from .hull import Hull, hull_of
+from .hull import Hull, distance_to_hull, hull_of
 from .shells import orient_outward
-from .vectors import area_vectors
+from .vectors import UnitPoints, area_vectors, to_unit_size
 
 UNCERTAIN = 1e-3
 """Largest volume, as a fraction of the solid's, that caps of holes may be wrong by, or
@@ -21,12 +22,50 @@ that bodies may share without a warning. The centre of mass is then right to a
 thousandth of the radius."""
 
 
+class Solid(NamedTuple):
+    """A solid of density one."""
+
+    volume: float  # m³; negative when the surface is wound inward
+    centroid: Array  # (3,); metres; NaN when the volume is zero
+    inertia: Array  # (3, 3); about the centroid, m⁵ (times a density: kg m²)
+
+
+def solid_of(scaled: UnitPoints, triangles: Index) -> Solid:
+    """Integrate over the solid that a closed surface of points at unit size encloses.
+
+    It is split into tetrahedra from one common apex; their signed volumes, first and
+    second moments are polynomials in the vertices and add up exactly (divergence
+    theorem). With the apex in the centre of the bounding box, and lengths in its size,
+    neither the place of the part nor its unit costs digits. Powers are written as
+    products, for the C library's round differently on other processors.
+    """
+    points, shift, scale = scaled
+    volume, *moments = solid_moments(points, np.ascontiguousarray(triangles)).tolist()
+    if volume == 0.0:
+        return Solid(0.0, np.full(3, math.nan), np.full((3, 3), math.nan))
+    x, y, z = (moment / volume for moment in moments[:3])
+    xx, yy, zz, xy, xz, yz = moments[3:]
+    xx = xx - volume * x * x
+    yy = yy - volume * y * y
+    zz = zz - volume * z * z
+    xy = xy - volume * x * y
+    xz = xz - volume * x * z
+    yz = yz - volume * y * z
+    inertia = np.array([[yy + zz, -xy, -xz], [-xy, xx + zz, -yz], [-xz, -yz, xx + yy]])
+    cube = scale * scale * scale
+    return Solid(
+        volume * cube,
+        shift + scale * np.array([x, y, z]),
+        inertia * (cube * scale * scale),
+    )
+
+
 class Surface(NamedTuple):
     """A welded closed surface with the solid in it."""
 
     vertices: Array  # (W, 3); metres
     triangles: Index  # (U, 3); normals point out of the material
-    solid: mass_properties.Solid
+    solid: Solid
     hull: Hull  # of `vertices`
     from_hull: bool  # whether the hull stands in for the part
     warnings: tuple[str, ...]
@@ -34,15 +73,18 @@ class Surface(NamedTuple):
 
 
 def surface_of(vertices: Array, triangles: Index) -> Surface:
-    """Weld, close, orient and integrate.
+    """Close, orient and integrate a welded mesh.
 
     Where that gives no solid, take the convex hull.
     """
-    vertices, triangles = weld(vertices, triangles)
-    _check_spans_volume(vertices, triangles)
+    _check_area(triangles)
+    scaled = to_unit_size(vertices)
+    _check_thickness(scaled.points)
     shells = winding.find_shells(vertices, triangles)
     closing = (
-        Closing(shells) if shells is not None else close_holes(vertices, triangles)
+        Closing(shells)
+        if shells is not None
+        else close_holes(vertices, scaled, triangles)
     )
     problem = closing.problem
     if closing.shells is not None:
@@ -69,37 +111,15 @@ def surface_of(vertices: Array, triangles: Index) -> Surface:
             )
         else:
             return surface
-    return _hull_surface(vertices, problem)
-
-
-def weld(vertices: Array, triangles: Index) -> tuple[Array, Index]:
-    """Merge vertices within `WELD` of the extent and drop collapsed triangles.
-
-    Returns the first of coincident vertices; the very array given when nothing changes.
-    """
-    vertices, triangles = arrays.remove_unused(vertices, triangles)
-    if len(triangles) == 0:
-        return vertices, triangles
-    low, high = measures.bounds(vertices)
-    extent = float((high - low).max())
-    if extent == 0.0:
-        return vertices[:1], triangles[:0]
-    has_coincident, representative = nearness.first_of_coincident(
-        vertices, low, tolerances.WELD * extent
-    )
-    if not has_coincident:
-        return arrays.remove_unused(vertices, arrays.remove_collapsed(triangles))
-    is_kept = representative == np.arange(len(vertices))
-    number = np.cumsum(is_kept) - 1
-    triangles = arrays.remove_collapsed(number[representative][triangles])
-    return arrays.remove_unused(vertices[is_kept], triangles)
+    return _hull_surface(vertices, scaled, problem)
 
 
 def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
     """The solid that closed shells bound."""
     points, triangles = arrays.remove_unused(vertices, shells.triangles)
+    scaled = to_unit_size(points)
     outward_triangles, doubled_share = orient_outward(
-        points, shells._replace(triangles=triangles)
+        scaled.points, shells._replace(triangles=triangles)
     )
     remark = (
         "BODIES_OVERLAP: bodies of the mesh reach into each other, and "
@@ -109,19 +129,19 @@ def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
     return Surface(
         points,
         np.ascontiguousarray(outward_triangles),
-        mass_properties.solid_of(points, outward_triangles),
-        hull_of(points),
+        solid_of(scaled, outward_triangles),
+        hull_of(scaled),
         False,
         remark if doubled_share > UNCERTAIN else (),
         remark if 0.0 < doubled_share <= UNCERTAIN else (),
     )
 
 
-def _hull_surface(vertices: Array, problem: str) -> Surface:
+def _hull_surface(vertices: Array, scaled: UnitPoints, problem: str) -> Surface:
     """The hull in place of a mesh that has a problem."""
-    hull = hull_of(vertices)
+    hull = hull_of(scaled)
     triangles = _hull_triangles(vertices, hull)
-    solid = mass_properties.solid_of(vertices, triangles)
+    solid = solid_of(scaled, triangles)
     warning = (
         f"OPEN_MESH: the mesh {problem}, so its convex hull stands in for it, with "
         f"the centre of mass at {_describe_centroid(solid, hull)}; mass properties "
@@ -130,14 +150,14 @@ def _hull_surface(vertices: Array, problem: str) -> Surface:
     return Surface(vertices, triangles, solid, hull, True, (warning,))
 
 
-def _describe_centroid(solid: mass_properties.Solid, hull: Hull) -> str:
+def _describe_centroid(solid: Solid, hull: Hull) -> str:
     """The centroid in words, without rounding errors."""
     is_nonzero = np.abs(solid.centroid) > 1e-6 * hull.scale
     x, y, z = (1e3 * np.where(is_nonzero, solid.centroid, 0.0)).tolist()
     return f"({x:.4g}, {y:.4g}, {z:.4g}) mm"
 
 
-def _is_solid(solid: mass_properties.Solid, hull: Hull) -> bool:
+def _is_solid(solid: Solid, hull: Hull) -> bool:
     """Whether a solid in this hull can have such a volume, centroid and inertia."""
     hull_volume = hull.qhull.volume * (hull.scale * hull.scale * hull.scale)
     return bool(
@@ -152,7 +172,7 @@ def _hull_triangles(vertices: Array, hull: Hull) -> Index:
     triangles = hull.qhull.simplices.astype(np.int64)
     shells = winding.find_shells(vertices, triangles)
     if shells is not None:
-        return arrays.sort_triangles(orient_outward(vertices, shells)[0])
+        return arrays.sort_triangles(orient_outward(hull.qhull.points, shells)[0])
     # Qhull may split a merged facet into slivers that fold, but its normals are right.
     normals = area_vectors(vertices, triangles)
     is_inward = (normals * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0
@@ -161,27 +181,19 @@ def _hull_triangles(vertices: Array, hull: Hull) -> Index:
     )
 
 
-def distance_to_hull(point: Array, hull: Hull) -> float:
-    """How far a point is beyond the nearest hull plane, metres; negative inside."""
-    planes = hull.qhull.equations
-    with np.errstate(over="ignore"):
-        position = (point - hull.shift) / hull.scale
-        offset = float(np.abs(position).max())
-    if offset > 1e9:
-        # Perhaps too far to compute with, and the hull is as good as a point.
-        return offset * hull.scale
-    return float((planes[:, :3] @ position + planes[:, 3]).max() * hull.scale)
-
-
-def _check_spans_volume(vertices: Array, triangles: Index) -> None:
-    """Refuse points that are one point, a line or a plane to within `FLATTEST`."""
+def _check_area(triangles: Index) -> None:
+    """Refuse a mesh of which welding has left no triangles."""
     if len(triangles) == 0:
         raise errors.MeshError(
             "triangles that span an area",
             "only triangles with coincident corners",
             "check the mesh's unit and export it again with more digits",
         )
-    thinnest = measures.thinness(vertices, *measures.bounds(vertices))
+
+
+def _check_thickness(points: Array) -> None:
+    """Refuse points of size one that lie in a plane to within `FLATTEST`."""
+    thinnest = thinness(points)
     if thinnest < tolerances.FLATTEST:
         raise errors.MeshError(
             f"a part at least {tolerances.FLATTEST:g} of its length thick",

@@ -5,6 +5,7 @@ of rows; single additions and multiplications do not.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,16 +53,40 @@ def area_vectors(points: Array, triangles: Corners) -> Array:
     return np.asarray(np.cross(b - a, c - a))
 
 
-def to_unit_size(points: Array) -> tuple[Array, Array, float]:
-    """Points about the centre of their bounding box and of size one; centre and size.
+def loop_area(corners: Array) -> Array:
+    """Normal of a loop (n, 3), as long as its area is large."""
+    spokes = corners - corners[0]
+    crosses: Array = np.cross(spokes, np.roll(spokes, -1, axis=0))
+    return np.asarray(crosses.sum(axis=0) / 2.0)
 
-    The size is the largest extent of the box.
-    """
+
+def loop_normal(corners: Array) -> Array:
+    """Unit normal of a loop (n, 3); zeros where it has no area."""
+    area = loop_area(corners)
+    length = float(lengths(area[None])[0])
+    return area / length if length > 0.0 else area
+
+
+def surface_area(points: Array, triangles: Corners) -> float:
+    """Area of triangles (T, 3)."""
+    return float(lengths(area_vectors(points, triangles)).sum()) / 2.0
+
+
+class UnitPoints(NamedTuple):
+    """Points about the centre of their bounding box, of size one."""
+
+    points: Array  # (N, 3); `(original - center) / size`
+    center: Array  # (3,); of the bounding box, metres
+    size: float  # its largest extent, metres
+
+
+def to_unit_size(points: Array) -> UnitPoints:
+    """Bring points (N, 3) to size one, about the centre of their bounding box."""
     points = np.ascontiguousarray(points)
     low, high = bounds(points)
     center = low + 0.5 * (high - low)
     size = float((high - low).max())
-    return (points - center) / size, center, size
+    return UnitPoints((points - center) / size, center, size)
 
 
 def scatter(points: Array) -> Array:

@@ -16,7 +16,7 @@ from ..estimators import estimator
 from ..estimators.expected import expected_error
 from ..records import Array, DropScene, Index, PoseStatistics, StablePose
 from ..records.scene import DEFAULT_PLATE_ERROR, LOW_DROP_RADII
-from ..records.statistics import with_shares
+from ..records.shares import with_shares
 from ..resting.poses import RestingPoses
 from ..simulation.request import SMALLEST_TARGET
 from ..statistics import errors, fitted_prior

@@ -9,12 +9,13 @@ from functools import partial
 import numpy as np
 
 from ...base.methods import HYBRID
-from ..records import DropProgress, DropScene, Part, PoseStatistics, statistics
+from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_RESTITUTION,
     DEFAULT_ROUND_SIDES,
 )
+from ..records.shares import with_shares
 from ..resting.poses import poses_in
 from ..simulation.request import DropRequest, OnProgress, Watch, drop_request
 from ..simulation.simulate import count_drops
@@ -130,9 +131,7 @@ def hybrid_statistics(simulated: PoseStatistics, prior: PosePrior) -> PoseStatis
                 ),
             ),
         )
-    return statistics.with_shares(
-        simulated, HYBRID, prior.update(counts).shares(counts)
-    )
+    return with_shares(simulated, HYBRID, prior.update(counts).shares(counts))
 
 
 def combined_progress(prior: PosePrior, on_progress: OnProgress) -> OnProgress:

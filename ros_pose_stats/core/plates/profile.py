@@ -239,7 +239,7 @@ def _read_profile(file: Path, name: str, values: Any) -> PlateProfile:
         problem = "none"
     except errors.RequestError as error:
         expected = error.expected
-        problem = error.found
+        problem = error.finding
     except (TypeError, ValueError, OverflowError, AttributeError) as error:
         expected = "numbers for each plate"
         problem = re.sub(r"^.*: ", "", str(error))

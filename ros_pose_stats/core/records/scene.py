@@ -52,6 +52,19 @@ class Numbering(NamedTuple):
         return self == other and not math.isnan(self.cluster_tolerance)
 
 
+def numbering_of(message: Any) -> Numbering:
+    """How a message numbers poses, the tolerance to 12 digits.
+
+    Older nodes left round surfaces as the mesh has them.
+    """
+    tolerance = float(f"{float(getattr(message, 'cluster_tolerance', math.nan)):.12g}")
+    # One object for all that are not known: a NaN as a key equals itself alone.
+    return Numbering(
+        tolerance if math.isfinite(tolerance) else math.nan,
+        int(getattr(message, "round_sides", 0)),
+    )
+
+
 @dataclass(frozen=True)
 class DropScene:
     """Restitution and drop height, and what of a part counts as a pose and as round.

@@ -1,29 +1,21 @@
-"""Stable poses and their probabilities, as every method answers."""
+"""Stable poses and their probabilities, as every method answers and commands print."""
 
 import math
+import sys
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from html import escape
 from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base import errors, version
-from ...base.text import several
-from .. import tolerances
-from .part import Array, Index, Part
+from ...base import errors, text
+from ...base.text import Column, several
+from .part import Array, Part
 from .plain_values import with_units
-from .pose_table import pose_table, probability_columns
 from .poses import PoseGroup, StablePose, single_poses
-from .scene import (
-    DEFAULT_PLATE_ERROR,
-    HIGHEST_DROP,
-    SCENE_FIELDS,
-    DropScene,
-    describe_scene,
-    height_warnings,
-)
+from .scene import DEFAULT_PLATE_ERROR, SCENE_FIELDS, describe_scene
 
 FORGOTTEN = "FORGOTTEN: "
 """Begins the warning of statistics without poses: their part is not known any more."""
@@ -44,6 +36,12 @@ STATISTICS_FIELDS = (
     "version",
 )
 """Single values of statistics, as in JSON and in messages."""
+
+
+BAR = 12  # characters of a full bar
+MOST_INDICES = 20  # characters for the indices of the poses of a row
+UNKNOWN = "-"  # how columns write a value that is not known
+ROLLING = "  * rolls in this pose; the tilt to topple holds across its axis only"
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,113 +242,133 @@ def remarks(answers: Sequence[PoseStatistics]) -> list[str]:
     return ["", *warnings, *notes, f"computed in {duration}"]
 
 
-class Shares(NamedTuple):
-    """What a method says of all poses (P,), by their index, and how sure it is."""
+class FilledColumn(NamedTuple):
+    """A column of a table with its cells."""
 
-    probability: Array
-    low: Array  # bounds of the 90 % intervals
-    high: Array
-    standard_error: Array
-    counts: Index  # drops that came to rest, or parts that were seen; 0 for an estimate
-    expected_error: float
-    largest_error: float
+    head: Column
+    cells: list[str]
 
 
-def pose_statistics(
-    part: Part,
-    radius: float,
-    poses: Iterable[StablePose],
-    shares: Shares,
-    method: str,
-    scene: DropScene,
-    *,
-    knows_scene: bool = True,
-    drops: int = 0,
-    unsettled: int = 0,
-    seed: int = 0,
-    seconds: float = math.nan,
-    warnings: Iterable[str] = (),
-    notes: tuple[str, ...] = (),
-) -> PoseStatistics:
-    """Statistics of a part by a method.
+def pose_table(
+    groups: Sequence[PoseGroup], probabilities: Iterable[FilledColumn]
+) -> list[str]:
+    """Lines about groups of poses, of which the first `MOST_POSES` are listed.
 
-    `radius`: of its body, metres; `poses`: all of them, by index; `knows_scene`:
-    whether the method knows the drop height; `warnings`: beside those of the part.
+    `probabilities`: columns for the middle of the table, of the listed groups. Columns
+    in which nothing is known are left out.
     """
-    scene_warnings = (
-        height_warnings("drop", scene.drop_height, radius, HIGHEST_DROP)
-        if knows_scene
-        else []
-    )
-    release_height = scene.release_height(radius) if knows_scene else math.nan
-    return PoseStatistics(
-        part_id=part.part_id,
-        part_digest=part.digest,
-        radius=radius,
-        method=method,
-        **{**vars(scene), "drop_height": release_height},
-        poses=rank_poses(poses, shares),
-        drops=drops,
-        unsettled=unsettled,
-        seed=seed,
-        expected_error=shares.expected_error,
-        largest_error=shares.largest_error,
-        seconds=seconds,
-        warnings=(*part.warnings, *scene_warnings, *warnings),
-        notes=(*part.notes, *notes),
-        version=version.VERSION,
-    )
+    listed = groups[: text.MOST_POSES]
+    poses = [group.first for group in listed]
+    are_joined = any(group.size > 1 for group in listed)
+    sizes = [str(group.size) if are_joined else UNKNOWN for group in listed]
+    rolls = any(pose.rolls for pose in poses)
 
-
-def with_shares(
-    model: PoseStatistics, method: str, shares: Shares, **changes: Any
-) -> PoseStatistics:
-    """The same part and scene by another method.
-
-    `changes`: other fields that differ.
-    """
-    return replace(
-        model,
-        method=method,
-        poses=rank_poses(model.by_index.values(), shares),
-        expected_error=shares.expected_error,
-        largest_error=shares.largest_error,
-        **changes,
-    )
-
-
-def rank_poses(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...]:
-    """Poses with their shares and those of their groups, the most probable first.
-
-    Those equal but for rounding stay in the order of their index.
-    """
-    columns = (column.tolist() for column in shares[:5])
-    weighted_poses = [
-        pose.with_values(
-            probability=probability,
-            probability_low=low,
-            probability_high=high,
-            standard_error=standard_error,
-            count=count,
-        )
-        for pose, probability, low, high, standard_error, count in zip(
-            poses, *columns, strict=True
-        )
+    columns = [
+        FilledColumn(
+            Column("poses" if are_joined else "pose"),
+            [_indices(group) for group in listed],
+        ),
+        FilledColumn(Column("number"), sizes),
+        FilledColumn(Column("group"), [str(pose.group) for pose in poses]),
+        *probabilities,
+        FilledColumn(
+            Column("height", "mm"), [text.millimetres(pose.height) for pose in poses]
+        ),
+        FilledColumn(
+            Column("barrier", "mm"),
+            [text.millimetres(group.barrier) for group in listed],
+        ),
+        FilledColumn(
+            Column("topple", "deg"), [_topple(group, rolls) for group in listed]
+        ),
+        FilledColumn(
+            Column("down", left=True), [_direction(pose.down) for pose in poses]
+        ),
     ]
-    group_sums: dict[int, float] = {}
-    for pose in weighted_poses:
-        group_sums[pose.group] = group_sums.get(pose.group, 0.0) + pose.probability
-    rank = rank_probabilities(pose.probability for pose in weighted_poses)
-    order = sorted(range(len(weighted_poses)), key=rank.__getitem__)
-    return tuple(
-        pose.with_values(group_probability=group_sums[pose.group])
-        for pose in (weighted_poses[k] for k in order)
+    # The column of barriers stays for a single pose, which has none.
+    columns = [
+        column
+        for column in columns
+        if column.head.title == "barrier" or set(column.cells) != {UNKNOWN}
+    ]
+    lines = text.columns(
+        [column.head for column in columns],
+        list(zip(*(column.cells for column in columns), strict=True)),
     )
 
+    unlisted = groups[text.MOST_POSES :]
+    if unlisted:
+        poses_unlisted = sum(group.size for group in unlisted)
+        share = _percent(sum(group.probability for group in unlisted)).strip()
+        lines.append(
+            f"... and {text.several(poses_unlisted, 'more pose')}, "
+            f"{share} together; --json lists all"
+        )
+    if rolls:
+        lines.append(ROLLING)
+    return lines
 
-def rank_probabilities(probabilities: Iterable[float]) -> list[int]:
-    """Ranks by falling probability, NaN as 0; those equal but for rounding have one."""
-    return tolerances.number_equal(
-        [0.0 if math.isnan(share) else -share for share in probabilities],
-        tolerances.SAME_SHARE,
-    )
+
+def probability_columns(
+    groups: Sequence[PoseGroup], *, with_counts: bool
+) -> list[FilledColumn]:
+    """Probabilities of the listed groups, their intervals, and counts."""
+    listed = groups[: text.MOST_POSES]
+    return [
+        FilledColumn(
+            Column("probability", left=True),
+            [
+                f"{_percent(group.probability)} {_bar(group.probability)}"
+                for group in listed
+            ],
+        ),
+        FilledColumn(
+            Column("90 % interval", "%"),
+            [
+                text.interval(group.probability_low, group.probability_high)
+                for group in listed
+            ],
+        ),
+        FilledColumn(
+            Column("drops"),
+            [str(group.count) if with_counts else UNKNOWN for group in listed],
+        ),
+    ]
+
+
+def _indices(group: PoseGroup) -> str:
+    """Indices of the poses; the last ones are left out of a long list."""
+    indices = text.ranges(group.indices)
+    if len(indices) <= MOST_INDICES:
+        return indices
+    return f"{indices[:MOST_INDICES].rpartition(',')[0]}, ..."
+
+
+def _topple(group: PoseGroup, is_marked: bool) -> str:
+    """The tilt that topples a group, with room for the mark of those that roll."""
+    tilt = text.degrees(group.margin)
+    if not is_marked:
+        return tilt
+    return tilt + (" *" if group.first.rolls else "  ")
+
+
+def _direction(vector: Array) -> str:
+    return "(" + ", ".join(f"{x + 0.0:+.3f}" for x in np.round(vector, 3)) + ")"
+
+
+def _percent(probability: float) -> str:
+    return f"{100.0 * probability:6.2f}%"
+
+
+def _bar(probability: float) -> str:
+    """A bar in the characters that the terminal can write."""
+    # The encoding is None where standard output is closed.
+    encoding = (getattr(sys.stdout, "encoding", None) or "ascii").lower()
+    probability = 0.0 if math.isnan(probability) else probability
+    # No tie of 1/8 or 1/12, which rounding would decide.
+    eighths = round(8 * BAR * probability)
+    if encoding.startswith("utf"):
+        bar = "█" * (eighths // 8) + " ▏▎▍▌▋▊▉"[eighths % 8]
+    else:
+        bar = "#" * ((eighths + 4) // 8)
+    return bar.ljust(BAR)[:BAR]

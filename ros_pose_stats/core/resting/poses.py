@@ -1,7 +1,7 @@
 """The stable poses of a part as records, before any probability.
 
 `equilibria` are the faces that it can stand on, `clusters` joins those that a small
-rise parts, and `records.statistics` gives the poses their probabilities.
+rise parts, and `records.shares` gives the poses their probabilities.
 """
 
 from collections.abc import Callable

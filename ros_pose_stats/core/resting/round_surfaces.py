@@ -19,7 +19,7 @@ from ..kernels.body.runs import (
     Runs,
     circular_runs,
 )
-from ..mesh import hull, surface, vectors
+from ..mesh import arrays, hull, vectors
 from ..mesh.arrays import mask_of
 from ..records import Array, Index, Mask, Part
 from .rims import (
@@ -160,7 +160,7 @@ def _on_surface(part: Part, ends: Index, tolerance: float) -> Mask:
     triangles = part.surface_triangles
     if part.is_open:
         # The hull stands in for the surface there, and it has no gaps.
-        triangles = surface.weld(part.vertices, part.triangles.astype(np.int64))[1]
+        triangles = arrays.weld(part.vertices, part.triangles.astype(np.int64))[1]
     vertex = hull.hull_of_part(part).qhull.vertices[ends]
     edge_vertices = vertex.ravel()
     first = np.append(

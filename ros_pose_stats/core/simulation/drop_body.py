@@ -110,7 +110,7 @@ def _find_neighbours(points: Array) -> Neighbours:
     if count <= LEAF:
         no_corners = np.zeros(0, dtype=np.int64)
         return Neighbours(no_corners, no_corners.copy(), np.zeros(0))
-    hull = hull_of(points).qhull
+    hull = hull_of(vectors.to_unit_size(points)).qhull
     triangles = hull.simplices.astype(np.int64)
     is_valid, flat = build_body(
         points, triangles, hull.neighbors.astype(np.int64), FLAT

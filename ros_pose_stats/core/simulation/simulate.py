@@ -7,13 +7,14 @@ from numpy.typing import ArrayLike
 
 from ...base.errors import RequestError
 from ...base.methods import SIMULATION
-from ..records import DropProgress, DropScene, Part, PoseStatistics, statistics
+from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.part import Array, Index
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_RESTITUTION,
     DEFAULT_ROUND_SIDES,
 )
+from ..records.shares import pose_statistics
 from ..resting import poses, trust
 from ..statistics.prefix import Judge, Prefix, counted_shares, target_reached
 from .chunks import DropWorkers
@@ -269,7 +270,7 @@ def counted_statistics(
             f"UNSETTLED: {unsettled} of {drops} drops were given up before {uncertain} "
             "was certain; they are left out of the probabilities."
         )
-    return statistics.pose_statistics(
+    return pose_statistics(
         part,
         resting.body.radius,
         resting.poses,

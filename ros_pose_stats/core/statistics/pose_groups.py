@@ -13,7 +13,7 @@ import numpy as np
 from ...base import errors, methods, text
 from ..records import Array, Index, PoseStatistics, StablePose
 from ..records.poses import PoseGroup, single_poses
-from ..records.statistics import rank_probabilities
+from ..records.shares import rank_probabilities
 from .errors import jeffreys_interval
 
 EQUIVALENCE_ROUNDS = 40  # each round halves the error of the logarithm
@@ -103,10 +103,8 @@ def warn_of_lookalikes(
 
 
 def _summed_share(statistics: PoseStatistics, indices: set[int]) -> float:
-    probabilities = (
-        pose.probability for pose in statistics.poses if pose.index in indices
-    )
-    return min(1.0, sum(probabilities))
+    total = sum(pose.probability for pose in statistics.poses if pose.index in indices)
+    return 1.0 if total > 1.0 else total  # NaN stays
 
 
 class PoseShares(NamedTuple):

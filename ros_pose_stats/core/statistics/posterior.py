@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import betainc, gammainc
 
-from ..records import Array, Index, statistics
+from ..records import Array, Index
+from ..records.shares import Shares
 from .errors import DEFAULT_LEVEL, largest_error
 
 HALVINGS = 16  # of the logarithm of the bound, from a factor of `FARTHEST` each way
@@ -120,9 +121,9 @@ class Posterior(NamedTuple):
         """Root mean square over the poses of their standard errors, as a fraction."""
         return math.sqrt(self.error.expected)
 
-    def shares(self, counts: Index) -> statistics.Shares:
+    def shares(self, counts: Index) -> Shares:
         """The probabilities with their errors, beside what was counted (P,)."""
-        return statistics.Shares(
+        return Shares(
             self.probability,
             *self.interval(),
             self.standard_error,

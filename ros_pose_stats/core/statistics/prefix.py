@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..records import Index, statistics
+from ..records import Index
+from ..records.shares import Shares
 from . import errors
 
 FIRST_CHECKPOINT = 100
@@ -152,7 +153,7 @@ class Prefix:
         return self._last_judgement[1]
 
 
-def counted_shares(counts: Index) -> statistics.Shares:
+def counted_shares(counts: Index) -> Shares:
     """Shares of settled drops (K,) with their errors; NaN without settled drops."""
     settled_drops = int(counts.sum())
     deviations = errors.standard_errors(counts, settled_drops)
@@ -162,7 +163,7 @@ def counted_shares(counts: Index) -> statistics.Shares:
         share = counts / settled_drops
     if counts.size == 1 and settled_drops:
         low = np.ones(1)
-    return statistics.Shares(
+    return Shares(
         share,
         low,
         high,

@@ -19,13 +19,12 @@ from ...core.planning.confidence import (
     plate_evidence,
 )
 from ...core.records import Array, Index, Part
-from ...core.records.scene import Numbering
+from ...core.records.scene import Numbering, numbering_of
 from ...core.resting.poses import resting_poses
 from ...core.statistics.chi_square import homogeneity
 from ..equipment import Equipment
 from ..messages import part_requests
 from ..messages.statistics_messages import statistics_of_message
-from ..recording.decoding import numbering_of
 from ..state import Change
 
 if TYPE_CHECKING:

@@ -1,6 +1,5 @@
 """Messages of this package's types, decoded by the definition in the file."""
 
-import math
 from collections.abc import Callable
 from contextlib import suppress
 from hashlib import blake2b
@@ -12,7 +11,6 @@ from mcap_ros2.decoder import DecoderFactory
 
 from ...base.errors import BagError, PoseStatsError
 from ...core.records import Part
-from ...core.records.scene import Numbering
 from .reader import RawMessage
 
 PACKAGE = "ros_pose_stats_msgs"
@@ -69,19 +67,6 @@ class Decoders:
                 return decoder(message.data)
         self.failures += 1
         return None
-
-
-def numbering_of(message: Any) -> Numbering:
-    """How a message numbers poses, the tolerance to 12 digits.
-
-    Older nodes left round surfaces as the mesh has them.
-    """
-    tolerance = float(f"{float(getattr(message, 'cluster_tolerance', math.nan)):.12g}")
-    # One object for all that are not known: a NaN as a key equals itself alone.
-    return Numbering(
-        tolerance if math.isfinite(tolerance) else math.nan,
-        int(getattr(message, "round_sides", 0)),
-    )
 
 
 def stamp_of(message: Any) -> int:

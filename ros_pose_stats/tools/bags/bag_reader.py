@@ -16,7 +16,7 @@ from ...base.errors import BagError
 from ...base.files import folders_below, open_file
 from ...base.text import several
 from ...core.records import Part, statistics
-from ...core.records.scene import Numbering
+from ...core.records.scene import Numbering, numbering_of
 from ...node.recording import decoding
 from ...node.recording.reader import RawMessage, files_of_bag, read_messages
 from . import camera_counts
@@ -384,7 +384,7 @@ class _BagReader:
             str(getattr(message, "part_id", "")),
             str(getattr(message, "part_digest", "")),
         )
-        numbering = decoding.numbering_of(message)
+        numbering = numbering_of(message)
         collector = self._results.get(key, {}).get(numbering) or ResultCollector(
             message, numbering
         )
@@ -408,7 +408,7 @@ class _BagReader:
                 counts.refused
             ),
             "{} left out, of flips and not of landings: camera count": counts.flips,
-            "{} in several bags, counted once: camera count": counts.copies.found,
+            "{} in several bags, counted once: camera count": counts.copies.count,
             "{} without a time stamp; copies in other bags were recognized by the time "
             "of recording (within 1 s): camera count": counts.copies.unstamped,
         }

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.records import Index
-from ...core.records.scene import Numbering
-from ...node.recording.decoding import fingerprint, numbering_of
+from ...core.records.scene import Numbering, numbering_of
+from ...node.recording.decoding import fingerprint
 
 MOST_PARTS = 1 << 48  # a camera counts no more; a larger number is damage
 
@@ -130,7 +130,7 @@ class Copies:
     def __init__(self) -> None:
         # by content: the times of messages, rising, and the recordings that have them
         self._messages: dict[bytes, list[tuple[int, set[int]]]] = {}
-        self.found = 0
+        self.count = 0
         self.unstamped = 0
 
     def is_copy(self, content: bytes, source: int, stamp: int, log_time: int) -> bool:
@@ -147,7 +147,7 @@ class Copies:
         for _, sources in messages[first:end]:
             if source not in sources:
                 sources.add(source)
-                self.found += 1
+                self.count += 1
                 return True
         insort(messages, (time, {source}), key=itemgetter(0))
         return False

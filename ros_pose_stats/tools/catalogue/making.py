@@ -37,7 +37,7 @@ class CatalogueProgress:
 
     parts: int  # done in all
     bound: int  # parts to be done
-    found: int  # parts done before this run began
+    earlier_parts: int  # done before this run began
     dropping: bool  # whether parts are dropped, after the estimates of all
     seconds: float  # since this stage began
 
@@ -49,9 +49,9 @@ class Catalogue:
     folder: Path
     page: Path
     tables: list[Path]
-    done: int  # rows in the tables
+    row_count: int  # in the tables
     bound: int  # parts that there are
-    found: int  # rows that an earlier run had made
+    earlier_rows: int  # made by an earlier run
     # rows that are not as sure as the target error asks, as the run was stopped
     to_be_dropped: int
     tally: Tally  # what the rows come to: those that were refused, and warnings
@@ -60,7 +60,7 @@ class Catalogue:
     @property
     def complete(self) -> bool:
         """Whether every part has the row that was asked for."""
-        return self.done == self.bound and not self.to_be_dropped
+        return self.row_count == self.bound and not self.to_be_dropped
 
 
 def make_catalogue(

@@ -136,7 +136,7 @@ def run(options: argparse.Namespace) -> int:
 
 def show_progress(bar: running.ProgressBar, progress: "CatalogueProgress") -> None:
     """Draw how many parts are finished, and the seconds to go."""
-    looked_at = progress.parts - progress.found
+    looked_at = progress.parts - progress.earlier_parts
     seconds = math.nan
     if looked_at:
         seconds = (progress.bound - progress.parts) * progress.seconds / looked_at
@@ -155,9 +155,9 @@ def print_json(catalogue: "Catalogue", seconds: float) -> None:
             "folder": catalogue.folder,
             "page": catalogue.page,
             "tables": catalogue.tables,
-            "done": catalogue.done,
+            "done": catalogue.row_count,
             "bound": catalogue.bound,
-            "found": catalogue.found,
+            "found": catalogue.earlier_rows,
             "refused": len(catalogue.tally.refused),
             "doubted": catalogue.tally.doubted,
             "warnings": dict(catalogue.tally.warnings),
@@ -173,9 +173,13 @@ def print_json(catalogue: "Catalogue", seconds: float) -> None:
 def print_summary(catalogue: "Catalogue", seconds: float) -> None:
     """Print what was written, refused and doubted, and what is left to do."""
     tally = catalogue.tally
-    earlier = f", {catalogue.found} of them done before" if catalogue.found else ""
+    earlier = (
+        f", {catalogue.earlier_rows} of them done before"
+        if catalogue.earlier_rows
+        else ""
+    )
     lines = [
-        f"{catalogue.page}: {several(catalogue.done, 'part')}{earlier}, "
+        f"{catalogue.page}: {several(catalogue.row_count, 'part')}{earlier}, "
         f"{len(tally.refused)} refused, took {seconds:.1f} s",
         *map(str, catalogue.tables),
     ]
@@ -204,8 +208,8 @@ def print_summary(catalogue: "Catalogue", seconds: float) -> None:
 def describe_open_work(catalogue: "Catalogue") -> str:
     """The parts that a run which was interrupted has not come to."""
     counts = []
-    if catalogue.done < catalogue.bound:
-        counts.append(f"{catalogue.bound - catalogue.done} parts to be looked at")
+    if catalogue.row_count < catalogue.bound:
+        counts.append(f"{catalogue.bound - catalogue.row_count} parts to be looked at")
     if catalogue.to_be_dropped:
         counts.append(f"{catalogue.to_be_dropped} parts to be dropped")
     return " and ".join(counts)

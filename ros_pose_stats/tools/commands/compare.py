@@ -195,7 +195,7 @@ def comparison_table(comparison: "Comparison") -> list[str]:
     """Lines: the verdicts, then all variants beside the first one."""
     from ..design import describe
 
-    statistics = comparison.found
+    statistics = comparison.statistics
     lines = [
         *(
             describe.describe_verdict(comparison, variant)

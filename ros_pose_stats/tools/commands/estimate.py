@@ -133,8 +133,7 @@ def methods_table(
     estimates: "Sequence[PoseStatistics]", part: "Part", each_pose: bool
 ) -> list[str]:
     """Lines: all methods' answers side by side, in the order of the last one's rows."""
-    from ...core.records.pose_table import FilledColumn, pose_table
-    from ...core.records.statistics import heading, remarks
+    from ...core.records.statistics import FilledColumn, heading, pose_table, remarks
     from ...core.statistics.pose_groups import list_poses
 
     last = estimates[-1]

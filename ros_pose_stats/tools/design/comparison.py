@@ -168,7 +168,7 @@ class Comparison:
 
     parts: tuple[Part, ...]
     # of each variant, from the drops from which all came to rest
-    found: tuple[PoseStatistics, ...]
+    statistics: tuple[PoseStatistics, ...]
     # the first variant beside each of the others
     variants: tuple[VariantComparison, ...]
     scene: DropScene
@@ -180,11 +180,11 @@ class Comparison:
     @property
     def drops(self) -> int:
         """Of each variant, behind the shares; as many before gave the verdicts."""
-        return self.found[0].drops
+        return self.statistics[0].drops
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values under the keys of the JSON contract."""
-        first = self.found[0]
+        first = self.statistics[0]
         return with_units(
             {
                 "scene": first.scene,
@@ -196,7 +196,7 @@ class Comparison:
                 "seconds": self.seconds,
                 "version": VERSION,
                 "wanted": self.wanted,
-                "variants": [answer.as_dict() for answer in self.found],
+                "variants": [answer.as_dict() for answer in self.statistics],
                 "comparisons": [answer.as_dict() for answer in self.variants],
             }
         )

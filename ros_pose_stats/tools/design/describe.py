@@ -180,7 +180,7 @@ def describe_matching(variant: comparison.VariantComparison) -> list[str]:
 def name_remarks(result: comparison.Comparison, kind: str) -> list[tuple[str, str]]:
     """`warnings` or `notes` of all variants, each once, behind their variants."""
     letters_of: dict[str, list[str]] = {}
-    for number, statistics in enumerate(result.found):
+    for number, statistics in enumerate(result.statistics):
         for line in dict.fromkeys(getattr(statistics, kind)):
             letters_of.setdefault(line, []).append(letter(number))
     return [(listed(letters), line) for line, letters in letters_of.items()]

@@ -86,7 +86,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         **LIMITS,
         single_poses=single_poses,
         part=part,
-        found=statistics,
+        statistics=statistics,
         target=findings.target_error,
         estimate=findings.best_estimate,
         feeder=findings.feeder,
@@ -201,7 +201,7 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
         "picture": figures.address(
             "png", figures.figure_png(changes.changes_figure(sensitivities))
         ),
-        "found": sensitivities,
+        "sensitivities": sensitivities,
         "gain": sensitivities.describe_gain(),
         "rows": [
             (
@@ -237,7 +237,7 @@ def comparison_page(
     """The page of a comparison with drops as HTML; `commands`: as of a report."""
     titles = [
         f"{describe.letter(number)} {statistics.part_id}"
-        for number, statistics in enumerate(compared.found)
+        for number, statistics in enumerate(compared.statistics)
     ]
     sizes = [1e3 * np.ptp(part.surface_vertices, axis=0) for part in compared.parts]
     return words.template(
@@ -245,9 +245,9 @@ def comparison_page(
     ).render(
         MOST_ROWS=LIMITS["MOST_ROWS"],
         verdict=_verdict,
-        found=compared,
+        variants=compared,
         named=titles,
-        first=compared.found[0],
+        first=compared.statistics[0],
         commands=commands,
         sizes=[" × ".join(f"{x:.4g}" for x in size) for size in sizes],
         centers=[
@@ -270,7 +270,7 @@ def _section(
 ) -> dict[str, Any]:
     """What the page says of the first variant beside another one."""
     pose_comparisons = variant.poses[:MOST_SHOWN]
-    sides = compared.found[0], compared.found[variant.second]
+    sides = compared.statistics[0], compared.statistics[variant.second]
     pairs = [
         [
             side.by_index[numbers[0]] if numbers else None

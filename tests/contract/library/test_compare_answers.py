@@ -55,11 +55,13 @@ def test_the_first_variant_is_dropped_as_by_itself_and_all_from_its_height(pair)
     larger = part_from_mesh(*moved(clamp_hull(), scale=1.5e-3))
     comparison = compare([*pair, larger], drops=500, seed=4)
     alone_ = simulate(pair[0], comparison.drops, seed=4)
-    assert [pose.count for pose in comparison.found[0].poses] == [
+    assert [pose.count for pose in comparison.statistics[0].poses] == [
         pose.count for pose in alone_.poses
     ]
-    assert comparison.found[0].expected_error == alone_.expected_error
-    assert {variant.drop_height for variant in comparison.found} == {alone_.drop_height}
+    assert comparison.statistics[0].expected_error == alone_.expected_error
+    assert {variant.drop_height for variant in comparison.statistics} == {
+        alone_.drop_height
+    }
 
 
 def test_a_part_against_itself_differs_in_nothing(pair):
@@ -122,12 +124,14 @@ def test_a_low_release_is_said_of_those_that_it_touches():
         part_from_mesh(*shapes.box(0.008, 0.01, height)) for height in (0.006, 0.02)
     )
     comparison = compare([flat, high], drops=100, seed=4, drop_height=0.006)
-    for part, variant in zip((flat, high), comparison.found, strict=True):
+    for part, variant in zip((flat, high), comparison.statistics, strict=True):
         statistics = simulate(part, 100, seed=4, drop_height=0.006)
         assert [line for line in variant.warnings if "TOUCHING" in line] == [
             line for line in statistics.warnings if "TOUCHING" in line
         ]
-    assert any("RELEASED_TOUCHING" in line for line in comparison.found[1].warnings)
+    assert any(
+        "RELEASED_TOUCHING" in line for line in comparison.statistics[1].warnings
+    )
 
 
 class TestStops:

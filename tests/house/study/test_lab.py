@@ -8,6 +8,7 @@ import shutil
 import numpy as np
 import pytest
 
+from lab.benchmarks.default_answer import holds, square_error
 from lab.benchmarks.program import write_pages
 from lab.bodies.families import FAMILIES, family_part, family_poses
 from tests.running import ROOT, answer
@@ -53,6 +54,39 @@ def test_the_page_on_design_is_that_of_the_stored_numbers():
         lab("benchmarks.design", "--stored").strip()
         == (MEASURED / "design.md").read_text().strip()
     )
+
+
+def test_the_reference_takes_its_noise_off_and_widens_bounds_by_it():
+    """Of 400 drops, beside 2 000 others: their error is known, and so is what bounds
+    hold, but for chance and the steps of counts.
+    """
+    trials = 4000
+    share = np.array([0.4, 0.3, 0.3])
+    draw = np.random.default_rng(5)
+    shares = draw.multinomial(400, share, trials) / 400
+    counts = draw.multinomial(2000, share, trials)
+    variance = share * (1.0 - share) / 400
+    squares = [square_error(*pair) for pair in zip(shares, counts, strict=True)]
+    chance = 4.0 * np.std(squares) / np.sqrt(trials)
+    assert abs(np.mean(squares) - variance.mean()) < chance
+    reach = 1.645 * np.sqrt(variance)
+    held = [
+        holds(center, reach, count)
+        for center, count in zip(shares, counts, strict=True)
+    ]
+    step = 1.0 / 2000 / np.sqrt(variance.min())
+    chance = 4.0 * np.sqrt(0.9 * 0.1 / trials)
+    assert np.abs(np.mean(held, axis=0) - 0.9).max() < chance + 0.21 * step
+
+
+@pytest.mark.long
+def test_the_default_answer_is_judged_by_many_drops():
+    text = lab("benchmarks.default_answer", "--quick", "--families", "bars", "prisms")
+    assert re.search(r"\| all \| 4 \|", text)
+    verdicts = list(judged(text))
+    assert len(verdicts) >= 10
+    for value, limit, least, verdict in verdicts:
+        assert verdict == (value >= limit if least else value < limit)
 
 
 @pytest.mark.long

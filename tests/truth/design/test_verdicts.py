@@ -59,7 +59,7 @@ def test_a_bad_plate_hides_what_the_model_shows(dice):
 def test_the_feeder_gets_what_the_shares_say(near_cube):
     feeder = near_cube.variants[0].feeder
     for rates, share, passes, wanted_share in zip(
-        near_cube.found, feeder.share[:2], feeder.passes, feeder.poses, strict=True
+        near_cube.statistics, feeder.share[:2], feeder.passes, feeder.poses, strict=True
     ):
         count = sum(pose.count for pose in rates.poses if pose.index in wanted_share)
         settled = rates.drops - rates.unsettled

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ..array_types import Array, Fixed1, Fixed2, FixedIndex2, Index
+from ..array_types import Array, Fixed2, FixedIndex2, Index
 from ..compilation import entry_kernel, inlined, kernel
 from ..vectors import (
     Vec3,
@@ -16,7 +16,6 @@ from ..vectors import (
     length,
     point_at,
     products,
-    read_vector,
     scale,
     subtract,
     triangle_at,
@@ -122,34 +121,36 @@ def bounds(points: Fixed2) -> tuple[Array, Array]:
 
 
 @entry_kernel
-def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
-    """Smallest extent of points over the length of their longest line; 0 if flat.
+def thinness(points: Fixed2) -> float:
+    """Smallest extent of points of size one over their longest line; 0 if flat.
 
     The thickness is measured across the plane of the longest line and the point
     farthest from it, so that it does not depend on how the points lie in their frame.
     """
-    axis = 0
-    for c in range(1, 3):
-        if high[c] - low[c] > high[axis] - low[axis]:
-            axis = c
-    size = high[axis] - low[axis]
-    lowest = read_vector(low, 0)
-    center = add(lowest, scale(subtract(read_vector(high, 0), lowest), 0.5))
     first = 0
     last = 0
-    for i in range(points.shape[0]):
-        if points[i, axis] < points[first, axis]:
-            first = i
-        if points[i, axis] > points[last, axis]:
-            last = i
-    first_point = _normalised_point(points, first, center, size)
-    line = subtract(_normalised_point(points, last, center, size), first_point)
+    largest = 0.0
+    for c in range(3):
+        lowest = 0
+        highest = 0
+        for i in range(points.shape[0]):
+            if points[i, c] < points[lowest, c]:
+                lowest = i
+            if points[i, c] > points[highest, c]:
+                highest = i
+        extent = points[highest, c] - points[lowest, c]
+        if extent > largest:
+            first = lowest
+            last = highest
+            largest = extent
+    first_point = point_at(points, first)
+    line = subtract(point_at(points, last), first_point)
     longest = length(line)
     line = divide(line, longest)
     farthest = Vec3(0.0, 0.0, 0.0)
     widest = 0.0
     for i in range(points.shape[0]):
-        offset = subtract(_normalised_point(points, i, center, size), first_point)
+        offset = subtract(point_at(points, i), first_point)
         offset = subtract(offset, scale(line, dot(offset, line)))
         square = dot(offset, offset)
         if square > widest:
@@ -162,13 +163,7 @@ def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
     lowest_offset = math.inf
     highest_offset = -math.inf
     for i in range(points.shape[0]):
-        height = dot(_normalised_point(points, i, center, size), normal)
+        height = dot(point_at(points, i), normal)
         lowest_offset = min(lowest_offset, height)
         highest_offset = max(highest_offset, height)
     return min(width, highest_offset - lowest_offset) / longest
-
-
-@inlined
-def _normalised_point(points: Array, i: int, center: Vec3, size: float) -> Vec3:
-    """A point about the middle of all, in units of their size."""
-    return divide(subtract(point_at(points, i), center), size)

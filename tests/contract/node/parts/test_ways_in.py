@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 from geometry_msgs.msg import Inertia, Vector3
-from ros_pose_stats_msgs.msg import PartMesh
+from ros_pose_stats_msgs.msg import PartMesh, PoseStatistics
 from shape_msgs.msg import Mesh
 
 from lab.bodies import shapes
@@ -209,6 +209,40 @@ class TestTheCommand:
             outcome.returncode == 2
             and "no node answers on /nobody/pose_stat" in outcome.stderr
         )
+
+    def test_what_came_just_before_the_time_is_over_is_printed(self, cell, wedge):
+        """An estimate after which a better one might come at any moment."""
+        part = load_part(wedge, unit="m")
+        shown = cell.good(
+            "estimate",
+            part=flat((part.vertices, part.triangles), "late"),
+            method="csae",
+        ).statistics
+        with Running(
+            *COMMAND,
+            "publish",
+            wedge,
+            "--part-id",
+            "late",
+            "--unit",
+            "m",
+            "--topic",
+            "/late/part_mesh",
+            "--seconds",
+            6,
+            "--json",
+        ) as command:
+            command.says("Publishing on until one answers", "stderr")
+            results = MeshPublisher(
+                cell, "/late/pose_statistics", PoseStatistics, latched=True
+            )
+            until(
+                lambda: results.publish(shown) and command.process.poll() is not None,
+                "its end",
+            )
+            output, complaint = command.process.communicate()
+        assert command.process.returncode == 0, complaint
+        assert json.loads(output)["method"] == "csae"
 
     def test_it_prints_what_the_node_answers_and_show_what_is_latched(
         self, cell, wedge

@@ -1,0 +1,125 @@
+"""What a method says of the poses of a part, and the statistics that come of it."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from ...base import version
+from .. import tolerances
+from .part import Array, Index, Part
+from .poses import StablePose
+from .scene import HIGHEST_DROP, DropScene, height_warnings
+from .statistics import PoseStatistics
+
+
+class Shares(NamedTuple):
+    """What a method says of all poses (P,), by their index, and how sure it is."""
+
+    probability: Array
+    low: Array  # bounds of the 90 % intervals
+    high: Array
+    standard_error: Array
+    counts: Index  # drops that came to rest, or parts that were seen; 0 for an estimate
+    expected_error: float
+    largest_error: float
+
+
+def pose_statistics(
+    part: Part,
+    radius: float,
+    poses: Iterable[StablePose],
+    shares: Shares,
+    method: str,
+    scene: DropScene,
+    *,
+    knows_scene: bool = True,
+    drops: int = 0,
+    unsettled: int = 0,
+    seed: int = 0,
+    seconds: float = math.nan,
+    warnings: Iterable[str] = (),
+    notes: tuple[str, ...] = (),
+) -> PoseStatistics:
+    """Statistics of a part by a method.
+
+    `radius`: of its body, metres; `poses`: all of them, by index; `knows_scene`:
+    whether the method knows the drop height; `warnings`: beside those of the part.
+    """
+    scene_warnings = (
+        height_warnings("drop", scene.drop_height, radius, HIGHEST_DROP)
+        if knows_scene
+        else []
+    )
+    release_height = scene.release_height(radius) if knows_scene else math.nan
+    return PoseStatistics(
+        part_id=part.part_id,
+        part_digest=part.digest,
+        radius=radius,
+        method=method,
+        **{**vars(scene), "drop_height": release_height},
+        poses=rank_poses(poses, shares),
+        drops=drops,
+        unsettled=unsettled,
+        seed=seed,
+        expected_error=shares.expected_error,
+        largest_error=shares.largest_error,
+        seconds=seconds,
+        warnings=(*part.warnings, *scene_warnings, *warnings),
+        notes=(*part.notes, *notes),
+        version=version.VERSION,
+    )
+
+
+def with_shares(
+    model: PoseStatistics, method: str, shares: Shares, **changes: Any
+) -> PoseStatistics:
+    """The same part and scene by another method.
+
+    `changes`: other fields that differ.
+    """
+    return replace(
+        model,
+        method=method,
+        poses=rank_poses(model.by_index.values(), shares),
+        expected_error=shares.expected_error,
+        largest_error=shares.largest_error,
+        **changes,
+    )
+
+
+def rank_poses(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...]:
+    """Poses with their shares and those of their groups, the most probable first.
+
+    Those equal but for rounding stay in the order of their index.
+    """
+    columns = (column.tolist() for column in shares[:5])
+    weighted_poses = [
+        pose.with_values(
+            probability=probability,
+            probability_low=low,
+            probability_high=high,
+            standard_error=standard_error,
+            count=count,
+        )
+        for pose, probability, low, high, standard_error, count in zip(
+            poses, *columns, strict=True
+        )
+    ]
+    group_sums: dict[int, float] = {}
+    for pose in weighted_poses:
+        group_sums[pose.group] = group_sums.get(pose.group, 0.0) + pose.probability
+    rank = rank_probabilities(pose.probability for pose in weighted_poses)
+    order = sorted(range(len(weighted_poses)), key=rank.__getitem__)
+    return tuple(
+        pose.with_values(group_probability=group_sums[pose.group])
+        for pose in (weighted_poses[k] for k in order)
+    )
+
+
+def rank_probabilities(probabilities: Iterable[float]) -> list[int]:
+    """Ranks by falling probability, NaN as 0; those equal but for rounding have one."""
+    return tolerances.number_equal(
+        [0.0 if math.isnan(share) else -share for share in probabilities],
+        tolerances.SAME_SHARE,
+    )
