@@ -1,4 +1,4 @@
-"""The default answer: a checked estimate, or the cheapest way to a target error."""
+"""The default answer: the best estimate with drops beside it, by one rule."""
 
 import math
 import time
@@ -14,10 +14,29 @@ from ..records.scene import (
     DEFAULT_ROUND_SIDES,
     real_number,
 )
-from ..simulation.request import OnProgress, Watch, drop_request
-from .hybrid import check_estimate, keep_target
+from ..resting.poses import poses_in
+from ..simulation.request import DropRequest, OnProgress, Watch, drop_request
+from ..statistics.prefix import target_reached
+from . import confidence
+from .hybrid import counts_of, drop_with_prior
+
+DEFAULT_TARGET = 0.02
+"""Root mean square error, over the poses and over the shares of groups, that the
+answer keeps with 90 % confidence where no target is asked for."""
+
+LEAST_DROPS = 400
+"""Drops before an estimate is believed: as many as refute one that is off by more than
+the target, see docs/measured/benchmarks.md."""
+
+MOST_EVENTS = 1_000_000
+"""Impacts and steps that all drops may take where no target is asked for: about half a
+second of one core. The first 50 are made whatever they cost."""
 
 MOST_DROPS = 10_000_000  # drops that a target may cost where the caller sets no bound
+
+MOST_RESTITUTION = 0.99
+MOST_RADII = 100.0
+"""Scenes up to which parts are dropped: a drop that hardly ends takes seconds."""
 
 
 def auto(
@@ -37,27 +56,27 @@ def auto(
 ) -> PoseStatistics:
     """Pose statistics that keep a target error, by the cheapest method that does.
 
-    Without a target the answer is the best estimate, checked by 50 to 200 drops beside
-    it: as many as a budget of impacts and steps allows, which is the same on every
-    machine. How far to believe the estimate is judged by how well it agrees with the
-    drops.
+    The answer is the best estimate with drops beside it: 400 at least, which refute an
+    estimate that is wrong, then until the target is kept. How far to believe the
+    estimate is judged by how well it agrees with the drops; where they refute it, they
+    go on alone. Without a target it is two points, within a budget of impacts and steps
+    that is the same on every machine; where that ends the drops sooner, the answer has
+    the warning `TARGET_MISSED`.
 
-    The target is kept if the root mean square error over the poses, against what
-    infinitely many drops would give, is at most the target with a probability of 90 %.
-    An estimate answers if it is that sure of this part; else as many drops as needed,
-    with the estimate's help; without it where the estimate stands for next to no drops.
+    The target is kept if the root mean square error, over the poses and over the shares
+    of groups, against what infinitely many drops would give, is at most the target with
+    a probability of 90 %.
 
     Parameters
     ----------
     part : Part
         As from `load_part` or `part_from_mesh`.
     target_error : float
-        A fraction, 0 to below 1; 0 asks for the checked estimate.
+        A fraction, 0 to below 1; 0 asks for 0.02 within the budget.
     drops : int, optional
-        The most, 1 to 1e9. Default: 10 million, and 200 without a target.
+        The most, 1 to 1e9. Default: 10 million.
     seed : int, optional
-        As for `hybrid`; without a target the default is the part's own, from its
-        digest.
+        As for `hybrid`; the default is the part's own.
     max_seconds : float
         Ends the drops, with a warning; the answer then depends on the speed of the
         machine. 0 for no limit.
@@ -95,27 +114,95 @@ def auto(
         is_late = 0.0 < max_seconds <= time.perf_counter() - begin
         return is_late
 
-    best_estimate = estimate_in(part, scene, methods.AUTO)
-    if not target_error and seed is None:
+    if seed is None:
         request = replace(request, seed=part.seed)
-    answer_request = keep_target if target_error else check_estimate
-    statistics, choice = answer_request(
-        best_estimate, part, scene, request, Watch(on_progress, is_over)
+    statistics = answer_with_drops(
+        estimate_in(part, scene, methods.AUTO),
+        part,
+        scene,
+        request,
+        Watch.from_callbacks(on_progress, is_over),
     )
-    warnings = statistics.warnings
     if is_late:
-        aim = "the target was reached" if target_error else "all were"
-        warnings = (
-            *warnings,
+        warning = (
             f"TIME_LIMIT: ended after {max_seconds:g} s with {statistics.drops} drops "
-            f"done, before {aim}.",
+            "done, before the target was reached."
         )
+        statistics = replace(statistics, warnings=(*statistics.warnings, warning))
+    return replace(statistics, seconds=time.perf_counter() - begin)
+
+
+def answer_with_drops(
+    estimate: PoseStatistics,
+    part: Part,
+    scene: DropScene,
+    request: DropRequest,
+    watch: Watch,
+) -> PoseStatistics:
+    """Drop a part beside its estimate until the answer is sure, and say why in `choice`.
+
+    A request without a target gets the default one, and its budget. Where symmetry
+    decides all or drops hardly end, the estimate answers alone.
+    """
+    if not request.target_error:
+        request = replace(request, target_error=DEFAULT_TARGET, events=MOST_EVENTS)
+    target = request.target_error
+    resting = poses_in(part, scene)
+    prior = confidence.estimate_prior(estimate, resting, scene)
+    if len(prior.size) == 1 or _hardly_ends(scene, estimate.radius):
+        bound = confidence.estimate_bound(estimate, resting, scene)
+        choice = explain_answer(estimate.method, estimate.method, 0, bound, target)
+        answer = replace(estimate, choice=choice)
+        if target_reached(bound, target):
+            return answer
+        warning = (
+            f"TARGET_MISSED: the 90 % bound of the error is {bound:.2g} without drops, "
+            f"above the target of {target:g}."
+        )
+        return replace(answer, warnings=(*answer.warnings, warning))
+    answer = drop_with_prior(prior, part, scene, request, watch, LEAST_DROPS)
+    warnings = dict.fromkeys((*answer.warnings, *estimate.warnings))
+    bound = confidence.judge_drops(prior, counts_of(answer)).bound
+    if request.events and answer.drops < LEAST_DROPS and target_reached(bound, target):
+        warning = (
+            f"TARGET_MISSED: {answer.drops} drops are fewer than the {LEAST_DROPS} that "
+            f"can refute the estimate; unless it is wrong, the 90 % bound of the error "
+            f"is {bound:.2g}."
+        )
+        warnings[warning] = None
     return replace(
-        statistics,
-        choice=choice,
-        seconds=time.perf_counter() - begin,
-        warnings=warnings,
+        answer,
+        choice=explain_answer(
+            estimate.method, answer.method, answer.drops, bound, target
+        ),
+        warnings=tuple(warnings),
     )
+
+
+def _hardly_ends(scene: DropScene, radius: float) -> bool:
+    return (
+        scene.restitution > MOST_RESTITUTION
+        or scene.release_height(radius) > MOST_RADII * radius
+    )
+
+
+def explain_answer(
+    estimator: str, method: str, drops: int, bound: float, target: float
+) -> str:
+    """Why an answer by a method is what it is, and how sure.
+
+    `estimator`: whose estimate the drops were made beside.
+    """
+    subject = f"{estimator}, the most accurate estimate here, with {drops} drops"
+    if method == methods.SIMULATION:
+        subject = f"Drops contradict {estimator}; the {drops} drops alone"
+    elif not drops and bound == 0.0:
+        return f"Symmetry decides all, so {estimator} alone is exact."
+    elif not drops:
+        subject = f"Drops hardly end in such a scene; {estimator} alone"
+    if target_reached(bound, target):
+        return confidence.explain_kept_target(subject, bound, target)
+    return f"{confidence.explain_missed_target(subject, bound, target)}."
 
 
 def estimate(

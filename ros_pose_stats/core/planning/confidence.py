@@ -18,37 +18,35 @@ from ..records import Array, DropScene, Index, PoseStatistics, StablePose
 from ..records.scene import DEFAULT_PLATE_ERROR, LOW_DROP_RADII
 from ..records.shares import with_shares
 from ..resting.poses import RestingPoses
-from ..simulation.request import SMALLEST_TARGET
 from ..statistics import errors, fitted_prior
 from ..statistics.prior import PosePrior, PriorFit, prior_fit
-
-FIRST_CHECKPOINT = 10
-"""Drops before the first look at the error: an estimate may need no more."""
-
-WORTHLESS_SHARE = 0.02
-"""An estimate that stands for less than this share of the drops needed is left out."""
-
-CHECKPOINT_FACTOR = 1.4
-"""The first look, in drops for which the expected error is the target; its bound needs
-more."""
 
 STRANGE_CHANCE = 0.08
 """How likely a part is of a kind that no fit has seen: a judgement, whose outcome is in
 docs/measured/benchmarks.md."""
 
+DOUBT = 0.95
+"""The same where drops stand beside the estimate. It costs a tenth more drops where the
+estimate is right, and keeps the errors that are told where it is wrong."""
+
 SMALLEST_POINTS = 0.01  # what is told of an error that symmetry makes vanish
 
 
-def pose_prior(resting: RestingPoses, scene: DropScene) -> PosePrior:
+def pose_prior(
+    resting: RestingPoses, scene: DropScene, strange: float = DOUBT
+) -> PosePrior:
     """What the default estimate says before the first drop."""
     method = fitted_prior.FITTED_METHOD
     estimate = estimator(method).function(resting, scene)
     expected = expected_error(method, resting, estimate, scene)
-    return _prior(estimate, expected.part_error, resting, scene)
+    return _prior(estimate, expected.part_error, resting, scene, strange)
 
 
 def estimate_prior(
-    estimate: PoseStatistics, resting: RestingPoses, scene: DropScene
+    estimate: PoseStatistics,
+    resting: RestingPoses,
+    scene: DropScene,
+    strange: float = DOUBT,
 ) -> PosePrior:
     """The same from an estimate that was made before, or its message.
 
@@ -68,54 +66,49 @@ def estimate_prior(
         estimate.expected_error if knows_scene else math.nan,
         resting,
         scene,
+        strange,
     )
 
 
 def _prior(
-    estimate: ArrayLike, expected: float, resting: RestingPoses, scene: DropScene
+    estimate: ArrayLike,
+    expected: float,
+    resting: RestingPoses,
+    scene: DropScene,
+    strange: float,
 ) -> PosePrior:
     return PosePrior(
         estimate,
         resting.group,
         expected,
         scene.restitution,
-        prior_fit(scene.restitution)._replace(strange=STRANGE_CHANCE),
+        prior_fit(scene.restitution)._replace(strange=strange),
+        resting.group,
     )
 
 
-def estimate_bound(prior: PosePrior) -> float:
+def estimate_bound(
+    estimate: PoseStatistics, resting: RestingPoses, scene: DropScene
+) -> float:
     """Error that an estimate alone keeps with 90 % confidence; infinite if unknown."""
+    prior = estimate_prior(estimate, resting, scene, STRANGE_CHANCE)
     if not prior.has_expected_error and len(prior.size) > 1:
         return math.inf
     return prior.update(np.zeros(prior.unit.shape, dtype=np.int64)).error_quantile()
 
 
-def is_worthwhile(prior: PosePrior, target_error: float) -> bool:
-    """Whether an estimate, or symmetry, saves enough of the drops."""
-    has_twins = len(prior.size) < len(prior.unit)
-    needed = drops_for_target(prior, target_error)
-    return has_twins or prior.strength > WORTHLESS_SHARE * needed
-
-
-def drops_for_target(prior: PosePrior, target_error: float) -> float:
-    """Drops whose expected error is the target, if the estimate is about right."""
-    spread = prior.mean * (1.0 - prior.mean) / prior.size
-    target = max(target_error, SMALLEST_TARGET)
-    return float(spread.sum()) / (len(prior.unit) * target**2)
-
-
-def first_checkpoint(prior: PosePrior, target_error: float, uses_estimate: bool) -> int:
-    """Drops before the first look, which costs as much as a dozen."""
-    needed = drops_for_target(prior, target_error)
-    if uses_estimate:
-        needed -= prior.strength
-    return max(FIRST_CHECKPOINT, int(CHECKPOINT_FACTOR * needed))
-
-
 def judge_drops(prior: PosePrior | None, counts: Index) -> errors.Judgement:
-    """Judge counts (P,) with an estimate; alone without one, or if they refute it."""
-    if prior is None or prior.contradicted_poses(counts).any():
+    """Judge counts (P,) with an estimate; alone without one, or if they refute it.
+
+    With one, the bound is kept over the poses and over the shares of groups.
+    """
+    if prior is None:
         return errors.judge_counts(counts)
+    if prior.contradicted_poses(counts).any():
+        judgement = errors.judge_counts(counts)
+        row_counts = np.bincount(prior.row, counts).astype(np.int64)
+        row_bound = errors.counted_bound(row_counts)
+        return judgement._replace(bound=max(judgement.bound, row_bound))
     posterior = prior.update(counts)
     return errors.Judgement(
         posterior.expected_error, posterior.error_quantile(errors.CHECKPOINT_LEVEL)
@@ -130,15 +123,15 @@ def points(error: float) -> str:
 def explain_kept_target(subject: str, bound: float, target_error: float) -> str:
     """Why an answer is kept: its bound keeps the target."""
     return (
-        f"{subject} is within {points(bound)} with 90 % confidence, and "
-        f"{points(target_error)} were asked for."
+        f"{subject}: within {points(bound)} with 90 % confidence, and the target is "
+        f"{points(target_error)}."
     )
 
 
 def explain_missed_target(subject: str, bound: float, target_error: float) -> str:
     """Why an answer is not: the beginning of a sentence."""
     return (
-        f"{subject} is within {points(bound)} with 90 % confidence, not within "
+        f"{subject}: within {points(bound)} with 90 % confidence, not within "
         f"{points(target_error)}"
     )
 

@@ -1,6 +1,5 @@
 """An estimate and drops combined: fewer drops for the same error."""
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from ...base.methods import HYBRID
-from ..records import DropProgress, DropScene, Part, PoseStatistics
+from ..records import DropProgress, DropScene, Index, Part, PoseStatistics
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_RESTITUTION,
@@ -22,6 +21,9 @@ from ..simulation.simulate import count_drops
 from ..statistics.prefix import Judge
 from ..statistics.prior import PosePrior
 from . import confidence
+
+FIRST_CHECKPOINT = 10
+"""Drops before the first look at the error: an estimate may need no more."""
 
 
 def hybrid(
@@ -85,13 +87,13 @@ def hybrid(
         scene,
         request,
         Watch.from_callbacks(on_progress, should_stop),
-        confidence.FIRST_CHECKPOINT,
+        FIRST_CHECKPOINT,
     )
     return replace(answer, seconds=time.perf_counter() - begin)
 
 
 def drop_with_prior(
-    prior: PosePrior | None,
+    prior: PosePrior,
     part: Part,
     scene: DropScene,
     request: DropRequest,
@@ -103,8 +105,6 @@ def drop_with_prior(
     `first_checkpoint`: drops before the first look.
     """
     judge = Judge(partial(confidence.judge_drops, prior), first_checkpoint)
-    if prior is None:
-        return count_drops(part, scene, request, watch, judge)
     combined = watch._replace(on_progress=combined_progress(prior, watch.on_progress))
     return hybrid_statistics(count_drops(part, scene, request, combined, judge), prior)
 
@@ -114,7 +114,7 @@ def hybrid_statistics(simulated: PoseStatistics, prior: PosePrior) -> PoseStatis
 
     Where they refute the estimate they stay as they are, with the warning `CONFLICT`.
     """
-    counts = np.array([pose.count for pose in simulated.by_index.values()])
+    counts = counts_of(simulated)
     refuted = np.flatnonzero(prior.contradicted_poses(counts))
     if refuted.size:
         return replace(
@@ -134,6 +134,11 @@ def hybrid_statistics(simulated: PoseStatistics, prior: PosePrior) -> PoseStatis
     return with_shares(simulated, HYBRID, prior.update(counts).shares(counts))
 
 
+def counts_of(statistics: PoseStatistics) -> Index:
+    """Count (P,) of each pose, by its index."""
+    return np.array([pose.count for pose in statistics.by_index.values()])
+
+
 def combined_progress(prior: PosePrior, on_progress: OnProgress) -> OnProgress:
     """Progress of a simulation as that of the hybrid; None where nobody listens."""
     if on_progress is None:
@@ -146,96 +151,3 @@ def combined_progress(prior: PosePrior, on_progress: OnProgress) -> OnProgress:
         on_progress(replace(progress, statistics=combined_statistics))
 
     return report
-
-
-CHECK_DROPS = 200
-CHECK_EVENTS = 50_000
-"""Drops beside an estimate that check it, and the impacts and steps that they may take
-together. A part that takes many to calm down is dropped less often, but 50 times."""
-
-MOST_RESTITUTION = 0.99
-MOST_RADII = 100.0
-"""Scenes up to which estimates are checked: a drop that hardly ends takes seconds."""
-
-
-def check_estimate(
-    estimate: PoseStatistics,
-    part: Part,
-    scene: DropScene,
-    request: DropRequest,
-    watch: Watch,
-) -> tuple[PoseStatistics, str]:
-    """An estimate checked by drops, and why it answers.
-
-    It stays alone where drops say nothing or hardly end.
-    """
-    prior = confidence.estimate_prior(estimate, poses_in(part, scene), scene)
-    answer = estimate
-    if len(prior.size) > 1 and not _hardly_ends(scene, estimate.radius):
-        check_request = replace(
-            request, drops=min(request.drops, CHECK_DROPS), events=CHECK_EVENTS
-        )
-        answer = drop_with_prior(
-            prior, part, scene, check_request, watch, confidence.FIRST_CHECKPOINT
-        )
-    return answer, explain_check(estimate.method, answer.drops, scene, estimate.radius)
-
-
-def _hardly_ends(scene: DropScene, radius: float) -> bool:
-    return (
-        scene.restitution > MOST_RESTITUTION
-        or scene.release_height(radius) > MOST_RADII * radius
-    )
-
-
-def explain_check(method: str, drops: int, scene: DropScene, radius: float) -> str:
-    """Why an estimate with so many drops beside it answers."""
-    if drops:
-        return (
-            f"{method} is expected to be the most accurate estimate of this part; no "
-            f"target error was asked for, so {drops} drops check it."
-        )
-    if _hardly_ends(scene, radius):
-        return f"Drops hardly end in such a scene, so {method} answers alone."
-    return f"Symmetry decides all, so {method} alone is exact."
-
-
-def keep_target(
-    estimate: PoseStatistics,
-    part: Part,
-    scene: DropScene,
-    request: DropRequest,
-    watch: Watch,
-) -> tuple[PoseStatistics, str]:
-    """The estimate if it keeps the target, else drops, and why.
-
-    The drops are combined with the estimate if that has some worth.
-    """
-    target = request.target_error
-    prior = confidence.estimate_prior(estimate, poses_in(part, scene), scene)
-    bound = confidence.estimate_bound(prior)
-    subject = f"{estimate.method} alone"
-    if bound <= target:
-        return estimate, confidence.explain_kept_target(subject, bound, target)
-    uses_estimate = confidence.is_worthwhile(prior, target)
-    answer = drop_with_prior(
-        prior if uses_estimate else None,
-        part,
-        scene,
-        request,
-        watch,
-        confidence.first_checkpoint(prior, target, uses_estimate),
-    )
-    conclusion = f"so {answer.drops} drops were counted"
-    if math.isinf(bound):
-        return answer, f"Estimates do not know so low a drop; {conclusion}."
-    if answer.method == HYBRID:
-        reason = f"; so {answer.drops} drops were added"
-    elif uses_estimate:
-        reason = f", and drops contradict it; {conclusion}"
-    else:
-        reason = f", and worth too few drops to matter; {conclusion}"
-    return (
-        answer,
-        f"{confidence.explain_missed_target(subject, bound, target)}{reason}.",
-    )

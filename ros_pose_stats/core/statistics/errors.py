@@ -116,8 +116,8 @@ def largest_error(
 
     Errors are normal in each of M cases of a `weight` (M,), off by `offset` (M, G); a
     unit's is shared by its `size` (G,) poses. Of G errors with a sum G - 1 are free, so
-    the product of what each keeps is taken to the power (G - 1) / G: exact for two
-    units and for many.
+    the chances that each is within the bound are multiplied, but for the largest: exact
+    for two units, and for many.
     """
     share = 1.0 / np.asarray(size, dtype=np.float64)
     spread = np.minimum(np.atleast_2d(deviation), WIDEST_DEVIATION) * share
@@ -130,7 +130,6 @@ def largest_error(
     units = spread.shape[1]
     if not units:
         return 0.0
-    exponent = (units - 1.0) / units if units > 1 else 1.0
     scale = np.maximum(spread, np.finfo(float).tiny)
     bounds = BOUND_NODES * float((center + spread).max())
 
@@ -138,7 +137,7 @@ def largest_error(
         """Chance that all errors are within each of some bounds."""
         edges = limits[:, None, None]
         probability = ndtr((edges - center) / scale) - ndtr((-edges - center) / scale)
-        joint_probability = probability.prod(axis=2) ** exponent
+        joint_probability = np.sort(probability)[..., : max(units - 1, 1)].prod(axis=2)
         return np.asarray(joint_probability @ np.asarray(weight, dtype=np.float64))
 
     strides = int(np.searchsorted(probability_within(bounds[::STRIDE]), level, "right"))

@@ -69,7 +69,8 @@ class Posterior(NamedTuple):
     standard_error: Array  # (P,); standard deviations
     unit: Index  # (P,); the unit that each pose belongs to
     size: Index  # (G,); poses of each unit, which share its error evenly
-    error: SquareError
+    error: SquareError  # over the poses
+    row_error: SquareError  # over the rows of a table: shares of poses taken together
     variance: Array  # (M, G); of the units at each of M strengths
     offset: Array  # (M, G); mean less that of the mixture
     kinds: Kinds
@@ -81,36 +82,46 @@ class Posterior(NamedTuple):
         mean: Array,
         variance: Array,
         unit: Index,
-        size: Index,
+        row: Index,
         kinds: Kinds,
     ) -> "Posterior":
         """Take the units' moments (M, G) at some strengths, and their weights (M,).
 
-        `kinds`: the same, parted by which kind of estimate holds rather than by
-        strength.
+        `unit`, `row` (P,): of each pose; poses of one row are of one unit. `kinds`: the
+        same moments, parted by which kind of estimate holds rather than by strength.
         """
+        size = np.bincount(unit)
         # The weights' sum is rounded; it shows where all agree, as on a pose that is
         # the only one.
         center = np.where(np.ptp(mean, axis=0) == 0.0, mean[0], weight @ mean)
         offset = mean - center
         spread = weight @ (variance + offset * offset)
         share = 1.0 / size
-        # From a unit's square error to the poses' mean square.
-        mean_square_factor = 1.0 / (size * size.sum())
-        unit_square = variance * mean_square_factor
-        odds = unit_square * (mean / np.maximum(1.0 - mean, TINY))
-        covariance = np.square(odds.sum(axis=1)) - np.square(odds).sum(axis=1)
-        error = SquareError(
-            weight,
-            (variance + offset * offset) @ mean_square_factor,
-            2.0 * (np.square(unit_square).sum(axis=1) + np.maximum(covariance, 0.0)),
-        )
+        # What each row has of its unit.
+        first_pose = np.unique(row, return_index=True)[1]
+        row_unit = unit[first_pose]
+        row_share = np.bincount(row) * share[row_unit]
+        row_square = np.bincount(row_unit, row_share * row_share)
+
+        def square_error(unit_factor: Array) -> SquareError:
+            """Of values of which the units' square errors are a weighed sum."""
+            unit_square = variance * unit_factor
+            odds = unit_square * (mean / np.maximum(1.0 - mean, TINY))
+            covariance = np.square(odds.sum(axis=1)) - np.square(odds).sum(axis=1)
+            return SquareError(
+                weight,
+                (variance + offset * offset) @ unit_factor,
+                2.0
+                * (np.square(unit_square).sum(axis=1) + np.maximum(covariance, 0.0)),
+            )
+
         return cls(
             (center * share)[unit],
             (np.sqrt(spread) * share)[unit],
             unit,
             size,
-            error,
+            square_error(share / size.sum()),
+            square_error(row_square / row_unit.size),
             variance,
             offset,
             kinds,
@@ -133,8 +144,10 @@ class Posterior(NamedTuple):
         )
 
     def error_quantile(self, level: float = DEFAULT_LEVEL) -> float:
-        """Bound of the root mean square error over the poses, at a level."""
-        return math.sqrt(self.error.quantile(level))
+        """Bound of the root mean square errors, over poses and over rows, at a level."""
+        return math.sqrt(
+            max(self.error.quantile(level), self.row_error.quantile(level))
+        )
 
     def largest_error(self) -> float:
         """Bound that all poses' errors keep together with 90 % confidence."""
@@ -180,6 +193,10 @@ RARE_NODES = 10.0 ** np.arange(-8.0, 0.0)
 """And means of each component, for a rare pose whose density rises without bound
 towards 0."""
 
+LEAST_ALPHA = 0.5
+"""First Beta parameter of a pose that has never come up, at least: Jeffreys's, as for
+counts alone. With less the interval shrinks to 0, whatever the number of drops."""
+
 CELL_HALVINGS = 16  # of the cell in which the upper end lies
 
 
@@ -208,7 +225,7 @@ def _lower_half_interval(
     """The same for means of at most 1 / 2, so that only 0 may bind."""
     # Parameters of the Beta distributions of these moments.
     total = mean * (1.0 - mean) / np.maximum(variance, TINY) - 1.0
-    alpha = mean * total
+    alpha = np.maximum(mean * total, LEAST_ALPHA)
     beta = (1.0 - mean) * total
 
     nodes_around_mean = mean[..., None] + np.sqrt(variance)[..., None] * MEAN_NODES

@@ -71,19 +71,21 @@ a single drop on, each as likely as the others."""
 class PosePrior:
     """Distribution of the pose probabilities of one part before it is dropped.
 
-    `group`: poses of one number have equal probabilities by symmetry; `expected_error`:
-    NaN where nothing is known. Attributes `unit` (P,): that each pose belongs to;
-    `size` (G,): poses of each unit; `mean` (G,): of the units; `strength`: pseudo-drops
-    that the estimate is typically worth.
+    `unit`: poses of one number have equal probabilities by symmetry; `row`: poses of
+    one number, all of one unit, are a row of a table; each is one without;
+    `expected_error`: NaN where nothing is known. Attributes `unit` (P,): that each pose
+    belongs to, from 0 on; `row` (P,); `size` (G,): poses of each unit; `mean` (G,): of the units;
+    `strength`: pseudo-drops that the estimate is typically worth.
     """
 
     def __init__(
         self,
         estimate: ArrayLike,
-        group: ArrayLike,
+        unit: ArrayLike,
         expected_error: float,
         restitution: float,
         fit: PriorFit | None = None,
+        row: ArrayLike | None = None,
     ) -> None:
         probability = np.asarray(estimate, dtype=np.float64)
         if (
@@ -98,13 +100,16 @@ class PosePrior:
                 "give an estimate of all poses",
             )
         scatter_fit = prior_fit(restitution) if fit is None else fit
-        self.unit: Index = np.unique(group, return_inverse=True)[1]
+        self.unit: Index = np.unique(unit, return_inverse=True)[1]
         if self.unit.shape != probability.shape:
             raise RequestError(
-                f"a group for each of {probability.size} poses",
+                f"a unit for each of {probability.size} poses",
                 f"{self.unit.size}",
-                "give poses of their own group each",
+                "give poses of their own unit each",
             )
+        self.row: Index = self.unit
+        if row is not None:
+            self.row = np.unique(row, return_inverse=True)[1]
         self.size: Index = np.bincount(self.unit)
         unit_probability = np.bincount(self.unit, probability).astype(np.float64)
         self.mean: Array = _thin_rare_units(
@@ -160,7 +165,7 @@ class PosePrior:
             *(column[:, inverse_order] for column in breaks.kinds(weight))
         )
         return posterior.Posterior.from_moments(
-            weight, mean, variance, self.unit, self.size, kinds
+            weight, mean, variance, self.unit, self.row, kinds
         )
 
     def contradicted_poses(self, counts: ArrayLike) -> Mask:

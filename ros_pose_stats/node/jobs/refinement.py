@@ -10,7 +10,7 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ...base import errors, methods
 from ...core.estimators import best_method
-from ...core.planning import confidence, hybrid
+from ...core.planning import auto, confidence
 from ...core.records import DropScene, Part
 from ...core.resting.poses import poses_in
 from ..equipment import Equipment
@@ -25,17 +25,13 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
     """The error that a result keeps with 90 % confidence; infinite if it is unknown."""
     resting = poses_in(part, scene)
     if not message.drops:
-        return confidence.estimate_bound(
-            confidence.estimate_prior(message, resting, scene)
-        )
+        return confidence.estimate_bound(message, resting, scene)
     counts = np.array(
         [pose.count for pose in sorted(message.poses, key=lambda pose: pose.index)]
     )
-    prior = (
-        confidence.pose_prior(resting, scene)
-        if message.method == methods.HYBRID
-        else None
-    )
+    prior = None
+    if message.method == methods.HYBRID or statistics_messages.refutes(message):
+        prior = confidence.pose_prior(resting, scene)
     return confidence.judge_drops(prior, counts).bound
 
 
@@ -141,16 +137,19 @@ class Refinement:
         self, part: KnownPart, checked: PoseStatistics, scene: DropScene
     ) -> tuple[PoseStatistics, str]:
         """What answers where no target was asked for, and why."""
-        estimator = best_method(scene.restitution)
         best = part.remembered(BEST, scene)
         if (
             best is not None
             and best.drops > checked.drops
             and statistics_messages.refutes(best)
         ):
-            return best, f"Drops already made contradict {estimator}."
-        return checked, hybrid.explain_check(
-            estimator, checked.drops, scene, checked.radius
+            checked = best
+        return checked, auto.explain_answer(
+            best_method(scene.restitution),
+            checked.method,
+            checked.drops,
+            credible_bound(part.geometry, checked, scene),
+            auto.DEFAULT_TARGET,
         )
 
     def answer_by(
@@ -176,17 +175,20 @@ class Refinement:
         return _missed(message, f"{reason}; {advice}.")[0]
 
     def answer(
-        self, part: KnownPart, target_error: float, scene: DropScene
+        self,
+        part: KnownPart,
+        checked: PoseStatistics,
+        target_error: float,
+        scene: DropScene,
     ) -> tuple[PoseStatistics, str]:
-        """The best answer at once, and why; drops follow if it misses the target."""
+        """The best answer at once, and why; more drops follow if it misses the target."""
         settings = self._settings()
         most_drops = min(settings.drops, settings.max_drops)
-        estimate = part.estimate(methods.AUTO, scene)
         best = part.remembered(BEST, scene)
         dropped = best if best is not None and best.drops else None
         if dropped is not None and statistics_messages.refutes(dropped):
-            estimate = dropped
-        for result in filter(None, (estimate, dropped)):
+            checked = dropped
+        for result in filter(None, (checked, dropped)):
             bound = credible_bound(part.geometry, result, scene)
             if bound <= target_error:
                 return result, confidence.explain_kept_target(
@@ -200,7 +202,7 @@ class Refinement:
                     f"{reason}, and the node drops at most {most_drops} times for it "
                     "(parameter drops).",
                 )
-        reason = self._explain_miss(part, estimate, target_error, scene)
+        reason = self._explain_miss(part, checked, target_error, scene)
         request = JobRequest(
             part.part_id,
             part.content,
@@ -214,14 +216,14 @@ class Refinement:
         try:
             job = self._jobs.submit(request, finished_future(part), settings)
         except errors.RequestError as refusal:  # the estimate is an answer all the same
-            return _missed(estimate, f"{reason}; drops cannot refine it now: {refusal}")
+            return _missed(checked, f"{reason}; drops cannot refine it now: {refusal}")
         promise = (
             f"at most {most_drops} drops in the background will refine it, "
             f"job {job.job_id}."
         )
         if not job.is_recorded:
             promise += f" {self._equipment.not_recorded()}"
-        return _missed(estimate, f"{reason}; {promise}")
+        return _missed(checked, f"{reason}; {promise}")
 
     def _explain_miss(
         self,

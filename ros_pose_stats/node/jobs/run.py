@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ...base.errors import RequestError
-from ...core.planning import confidence, hybrid
+from ...core.planning import auto, confidence, hybrid
 from ...core.records import (
     DropProgress,
     DropScene,
@@ -221,9 +221,7 @@ def run_drops(
     if prior is not None and request.target_error:
         judge = Judge(
             partial(confidence.judge_drops, prior),
-            confidence.first_checkpoint(
-                prior, request.target_error, uses_estimate=True
-            ),
+            auto.LEAST_DROPS,
             COMBINED_SECONDS,
         )
     on_drops = partial(listener.dropped, job) if job.settings.log_drops else None

@@ -18,7 +18,7 @@ from std_msgs.msg import Header
 from ...base import methods, text
 from ...core import records
 from ...core.estimators.estimate import estimate_in
-from ...core.planning import hybrid
+from ...core.planning import auto
 from ...core.records import Array, DropScene, Index, Part
 from ...core.simulation.request import Watch, drop_request
 from ..equipment import Equipment
@@ -249,11 +249,11 @@ class KnownPart:
         if message is None:
             part = self.geometry
             lanes = self._equipment.lanes
-            statistics, _ = hybrid.check_estimate(
+            statistics = auto.answer_with_drops(
                 estimate_in(part, scene, methods.AUTO),
                 part,
                 scene,
-                drop_request(hybrid.CHECK_DROPS, part.seed, 0.0, settings.threads()),
+                drop_request(auto.MOST_DROPS, part.seed, 0.0, settings.threads()),
                 Watch(None, lambda: lanes.is_closed, background=True),
             )
             if lanes.is_closed:

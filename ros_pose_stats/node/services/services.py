@@ -125,13 +125,14 @@ class Services:
             yield self._intake.build_known(part, scene)
         is_auto = (request.method or self._settings().default_method) == methods.AUTO
         if is_auto and not request.target_error:
-            drops = yield self._refinement.check(part, scene)
+            checked = yield self._refinement.check(part, scene)
             message, response.message = self._refinement.answer_checked(
-                part, drops, scene
+                part, checked, scene
             )
         elif is_auto and part is sent_part:
+            checked = yield self._refinement.check(part, scene)
             message, response.message = self._refinement.answer(
-                part, request.target_error, scene
+                part, checked, request.target_error, scene
             )
         else:
             # Drops in the background would be of the part as it is known.

@@ -10,22 +10,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base import errors, text
-from ...core.estimators import estimate_in
 from ...core.mesh import files, mass_properties, parts
-from ...core.planning import auto, confidence
+from ...core.planning import auto
 from ...core.records import Array, Part, PoseStatistics
 from ...core.records.plain_values import plain_value
 from ...core.records.poses import PoseGroup
-from ...core.resting.poses import poses_in
 from ...core.statistics import feeding, pose_groups
 from ..plots.poses import pose_thumbnail
 from .request import CatalogueRequest
 
 Row = dict[str, Any]
 
-TARGET_OUTSIDE = 0.02
-"""Error to which parts are dropped that the estimate was not measured on, without
-another target: by such an estimate none is ranked."""
+FEW_DROPS = 10_000
+"""The most by which a part is dropped beside others; those that a target asks more of
+wait until all have a row, and then have all threads."""
 
 
 class Described(NamedTuple):
@@ -35,7 +33,7 @@ class Described(NamedTuple):
     # rows by `store.POSE_COLUMNS`. Plain values, for JSON: what is not known is None
     row: Row
     picture: bytes | None  # PNG file of the most probable pose
-    to_be_dropped: bool  # whether the estimate is not as sure as the target error asks
+    to_be_dropped: bool  # whether the target error asks for more drops
     seconds: float  # that it took
 
 
@@ -49,7 +47,7 @@ def describe_part(
     """Look at one part. The answer depends on file and request alone.
 
     `content`: what the file holds, or why it cannot be read; None where it is to be
-    read here; `drop`: whether to keep the target error, if need be by drops.
+    read here; `drop`: whether to keep the target error by as many drops as that takes.
     """
     begin = time.perf_counter()
     picture = None
@@ -96,19 +94,17 @@ def _described(
     mesh = files.parse_mesh(path, content, request.unit, unless_declared=True)
     mass = mass_properties.check_properties(None, None, None, request.density)
     part = parts.part_of_file(mesh, mass, path.stem)
-    statistics = estimate_in(part, scene)  # which may be sure enough
     target = request.target_error
-    if not target and "OUTSIDE_FIT" in map(text.code_of, statistics.warnings):
-        target = TARGET_OUTSIDE
-    if drop or not target:
-        # From a seed of the part's own: equal parts have equal rows, in whatever order.
-        statistics = auto.auto(
-            part, target, None, seed=part.seed, workers=threads, **asdict(scene)
-        )
-    to_be_dropped = False
-    if target and not drop:
-        prior = confidence.estimate_prior(statistics, poses_in(part, scene), scene)
-        to_be_dropped = confidence.estimate_bound(prior) > target
+    is_bounded = target > 0.0 and not drop
+    statistics = auto.auto(
+        part,
+        target,
+        FEW_DROPS if is_bounded else None,
+        workers=threads,
+        **asdict(scene),
+    )
+    codes = map(text.code_of, statistics.warnings)
+    to_be_dropped = is_bounded and "TARGET_MISSED" in codes
     groups = pose_groups.pose_groups(statistics)
     row = {
         "file": name,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from ...base import errors, text
 from ...core.estimators import best_method, estimate_all
 from ...core.kernels.compilation import prepare_kernels
-from ...core.planning import confidence, hybrid
+from ...core.planning.auto import auto
 from ...core.records import DropScene, FlipStatistics, Part, PoseStatistics
 from ...core.resting import pose_sphere, poses, splitting_graph
 from ...core.simulation import flips, request, simulate
@@ -64,7 +64,7 @@ class Findings:
 
     part: Part
     simulated: PoseStatistics  # counted from drops
-    hybrid: PoseStatistics  # the same drops and an estimate, combined
+    answer: PoseStatistics  # the default one, by fewer drops and an estimate
     estimates: tuple[PoseStatistics, ...]  # by every estimator, in the registry's order
     graph: splitting_graph.SplittingNode  # with the shares of the simulated drops
     sphere: pose_sphere.PoseSphere
@@ -159,7 +159,6 @@ def investigate(
         if feeder.kick_height is not None:
             kicks = _try_kicks(part, scene, feeder, simulated, on_progress)
     estimates = estimate_all(part, **keywords)
-    prior = confidence.pose_prior(resting, scene)
     graph = splitting_graph.with_shares(
         splitting_graph.splitting_graph(resting), simulated.poses
     )
@@ -174,7 +173,7 @@ def investigate(
     return Findings(
         part=part,
         simulated=simulated,
-        hybrid=hybrid.hybrid_statistics(simulated, prior),
+        answer=auto(part, **keywords),
         estimates=tuple(estimates),
         graph=graph,
         sphere=pose_sphere.pose_sphere(resting),

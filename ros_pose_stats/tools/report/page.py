@@ -89,6 +89,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         statistics=statistics,
         target=findings.target_error,
         estimate=findings.best_estimate,
+        answer=findings.answer,
         feeder=findings.feeder,
         afresh=findings.afresh,
         kicked=findings.kicked,
@@ -156,8 +157,10 @@ def _kicks(findings: Findings) -> str | None:
 def _by_method(
     findings: Findings, drawn_groups: Sequence[PoseGroup]
 ) -> list[tuple[PoseGroup, Any]]:
-    """Each group of poses with the answer of every method."""
-    answers = [findings.simulated, findings.hybrid, *findings.estimates]
+    """Each group of poses with the answer of every method, and its name."""
+    answers = [findings.simulated, findings.answer, *findings.estimates]
+    names = [answer.method for answer in answers]
+    names[1] = "default answer"
     groups_by_pose = [
         {group.first.index: group for group in pose_groups.pose_groups(statistics)}
         for statistics in answers
@@ -166,8 +169,10 @@ def _by_method(
         (
             group,
             [
-                (statistics, groups[group.first.index])
-                for statistics, groups in zip(answers, groups_by_pose, strict=True)
+                (name, statistics, groups[group.first.index])
+                for name, statistics, groups in zip(
+                    names, answers, groups_by_pose, strict=True
+                )
             ],
         )
         for group in drawn_groups

@@ -51,7 +51,7 @@ class TestMethods:
         )
         assert (
             statistics.choice == automatic.choice
-            and "no target error" in statistics.choice
+            and "the target is 2 points" in statistics.choice
         )
 
     def test_they_show_themselves_as_a_table(self, polyhedron, monkeypatch):

@@ -75,7 +75,7 @@ def test_each_pose_is_listed_on_demand_with_its_count(report, counted):
 
 def test_every_method_tells_every_total(report, kinds):
     titles = unescape(report[0].source).replace("\xa0", " ")
-    for method in ("hybrid", *METHODS):
+    for method in ("default answer", *METHODS):
         for (first, second), _ in kinds:
             assert f'title="{method}, poses {first}, {second}: ' in titles
     for ((first, second), _), area in zip(kinds, AREAS, strict=True):

@@ -1,4 +1,4 @@
-"""A target error: an estimate at once, and drops behind it where it is not good
+"""A target error: the default answer, and more drops behind it where it is not good
 enough.
 """
 
@@ -23,7 +23,7 @@ from ..harness.parts import (
 )
 
 TARGET = 0.01
-"""Below what any estimate of the wedge keeps."""
+"""Below what the default answer of the wedge keeps."""
 
 
 def missed(statistics):
@@ -39,10 +39,11 @@ def assert_kept(statistics, target):
 
 
 class TestARequest:
-    def test_that_an_estimate_keeps_needs_no_drops(self, tuned):
+    def test_that_the_default_answer_keeps_needs_no_job(self, tuned):
         part_id = known_part(tuned)
         answer = tuned.good("estimate", part_id=part_id, target_error=0.2)
-        assert (answer.statistics.method, answer.statistics.drops) == ("split", 0)
+        default = auto(library_part(WEDGE))
+        assert counts(answer.statistics.poses) == counts(default.poses)
         assert "90 % confidence" in answer.message and "20 points" in answer.message
         assert not missed(answer.statistics) and jobs_of(tuned, part_id) == []
 
@@ -54,10 +55,9 @@ class TestARequest:
             final = joiner.wait(
                 part_id, lambda message: message.job_id and message.final
             )
-        assert (first.method, first.drops) == ("split", 0) and missed(first)
-        assert (
-            "split alone is within" in answer.message and "1 points" in answer.message
-        )
+        assert counts(first.poses) == counts(auto(library_part(WEDGE)).poses)
+        assert missed(first) and "1 points" in answer.message
+        assert f"hybrid with the {first.drops} drops already made" in answer.message
         assert final.job_id == job_named(answer.message)
         assert_kept(final, TARGET)
         assert finished(tuned, final.job_id).statistics.poses == final.poses
@@ -106,9 +106,8 @@ class TestARequest:
         start(tuned, known_part(tuned), LONG)
         part_id = known_part(tuned)
         answer = tuned.good("estimate", part_id=part_id, target_error=TARGET)
-        assert (
-            "max_queued_jobs" in answer.message and answer.statistics.method == "split"
-        )
+        assert "max_queued_jobs" in answer.message
+        assert answer.statistics.method == "hybrid" and not answer.statistics.job_id
         assert jobs_of(tuned, part_id) == []
 
     def test_beyond_the_node_s_drops_is_tried_once(self, tuned):
@@ -182,7 +181,7 @@ class TestARequest:
         dropped = finished(tuned, job_named(first_answer.message)).statistics
         assert any(line.startswith("CONFLICT:") for line in dropped.warnings)
         answer = tuned.good("estimate", part_id=part_id)
-        assert answer.message.startswith("Drops already made contradict split.")
+        assert answer.message.startswith("Drops contradict split; ")
         assert whole(answer.statistics) == whole(latched(tuned, part_id))
         assert (answer.statistics.method, answer.statistics.drops) == (
             "simulation",
