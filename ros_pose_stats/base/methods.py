@@ -100,8 +100,8 @@ METHODS = (
     Method(
         AUTO,
         "auto",
-        "the cheapest method whose error is within the target with 90 % "
-        "confidence, and without a target the most accurate estimator checked by drops",
+        "the most accurate estimator with drops beside it, at least 400, until its error "
+        "is within the target with 90 % confidence, without a target within two points",
         knows_scene=True,
         drops="some",
     ),
@@ -116,8 +116,8 @@ METHODS = (
 )
 
 AT_ONCE = (*(method.name for method in METHODS if method.module), AUTO)
-"""Names of the estimators, and `auto`, whose answer is the best of them checked by
-drops."""
+"""Names of the estimators, and `auto`, whose answer is the best of them with drops
+beside it."""
 
 BESIDE_DROPS = tuple(method.name for method in METHODS if method.drops == "some")
 """Names of the methods that combine an estimate with drops."""

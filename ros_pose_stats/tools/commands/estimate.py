@@ -81,17 +81,6 @@ def run(options: argparse.Namespace) -> int:
 
 def estimate_with_drops(options: argparse.Namespace) -> int:
     """Estimate by a method that drops the part, too, and print; the exit status."""
-    if (
-        options.method == AUTO
-        and options.drops is not None
-        and not options.target_error
-    ):
-        raise RequestError(
-            "--target-error beside --drops, or --method hybrid",
-            "--drops alone",
-            "without a target `auto` drops a part 200 times at "
-            "most, to check its estimate",
-        )
     part = running.load_part_and_kernels(options)
     from ...core.planning import auto, hybrid
 
