@@ -264,7 +264,6 @@ REFUSED = {
     "cluster tolerance": (["box.stl", "--cluster-tolerance", "nan"], "from 0"),
     "centre of mass outside": (["open.stl", "--com", "0", "0", "21mm"], "inside"),
     "a length in no unit": (["box.stl", "--drop-height", "3 furlong"], "a length"),
-    "drops that nothing asks for": (["box.stl", "--drops", "5000"], "--target-error"),
     "two coordinates": (["box.stl", "--com", "0", "0"], "3 arguments"),
     "drops without a simulation": (
         ["box.stl", "--method", "split", "--drops", "5"],
