@@ -249,15 +249,25 @@ class FilledColumn(NamedTuple):
     cells: list[str]
 
 
+RARE = 1e-3
+"""Probability below which poses are folded into one line of a table."""
+
+
+def listed_groups(groups: Sequence[PoseGroup]) -> Sequence[PoseGroup]:
+    """Those of groups in falling order that a table lists: none that is rare."""
+    common = sum(not group.probability < RARE for group in groups)  # or not known
+    return groups[: min(common, text.MOST_POSES)]
+
+
 def pose_table(
     groups: Sequence[PoseGroup], probabilities: Iterable[FilledColumn]
 ) -> list[str]:
-    """Lines about groups of poses, of which the first `MOST_POSES` are listed.
+    """Lines about groups of poses; the rare ones, and very many, are summed up in one.
 
-    `probabilities`: columns for the middle of the table, of the listed groups. Columns
-    in which nothing is known are left out.
+    `probabilities`: columns for the middle of the table, of the `listed_groups`.
+    Columns in which nothing is known are left out.
     """
-    listed = groups[: text.MOST_POSES]
+    listed = listed_groups(groups)
     poses = [group.first for group in listed]
     are_joined = any(group.size > 1 for group in listed)
     sizes = [str(group.size) if are_joined else UNKNOWN for group in listed]
@@ -296,12 +306,13 @@ def pose_table(
         list(zip(*(column.cells for column in columns), strict=True)),
     )
 
-    unlisted = groups[text.MOST_POSES :]
+    unlisted = groups[len(listed) :]
     if unlisted:
         poses_unlisted = sum(group.size for group in unlisted)
         share = _percent(sum(group.probability for group in unlisted)).strip()
+        bound = f" below {100.0 * RARE:g} %" if unlisted[0].probability < RARE else ""
         lines.append(
-            f"... and {text.several(poses_unlisted, 'more pose')}, "
+            f"... and {text.several(poses_unlisted, 'more pose')}{bound}, "
             f"{share} together; --json lists all"
         )
     if rolls:
@@ -313,7 +324,7 @@ def probability_columns(
     groups: Sequence[PoseGroup], *, with_counts: bool
 ) -> list[FilledColumn]:
     """Probabilities of the listed groups, their intervals, and counts."""
-    listed = groups[: text.MOST_POSES]
+    listed = listed_groups(groups)
     return [
         FilledColumn(
             Column("probability", left=True),

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 from ...base import files, text, version
 from ...core.records.scene import describe_scene
+from ...core.records.statistics import RARE
 from ..batch.folder import needing_room
 from ..report.words import template
 from . import rows, store
@@ -159,8 +160,15 @@ SIZES = ("footprint_length_m", "footprint_width_m", "top_m")
 
 
 def _groups(poses: Sequence[rows.Row]) -> list[list[Any]]:
-    """The most probable poses, those that symmetry makes alike as one."""
-    alike = (list(group) for _, group in groupby(poses, key=lambda pose: pose["group"]))
+    """The most probable poses, those that symmetry makes alike as one; no rare ones."""
+    common = (
+        pose
+        for pose in poses
+        if pose["group_share"] is None or pose["group_share"] >= RARE
+    )
+    alike = (
+        list(group) for _, group in groupby(common, key=lambda pose: pose["group"])
+    )
     return [
         [
             text.ranges([pose["pose"] for pose in group]),

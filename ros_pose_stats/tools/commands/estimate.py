@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ...base.errors import RequestError
 from ...base.methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS
-from ...base.text import MOST_POSES, Column, listed, percent
+from ...base.text import Column, listed, percent
 from ...core.records.scene import DEFAULT_DROPS
 from .terminal import arguments, running
 
@@ -122,7 +122,13 @@ def methods_table(
     estimates: "Sequence[PoseStatistics]", part: "Part", each_pose: bool
 ) -> list[str]:
     """Lines: all methods' answers side by side, in the order of the last one's rows."""
-    from ...core.records.statistics import FilledColumn, heading, pose_table, remarks
+    from ...core.records.statistics import (
+        FilledColumn,
+        heading,
+        listed_groups,
+        pose_table,
+        remarks,
+    )
     from ...core.statistics.pose_groups import list_poses
 
     last = estimates[-1]
@@ -133,7 +139,7 @@ def methods_table(
             group.first.index: group.probability
             for group in list_poses(statistics, each_pose)
         }
-        cells = [percent(probabilities[row.first.index]) for row in rows[:MOST_POSES]]
+        cells = [percent(probabilities[row.first.index]) for row in listed_groups(rows)]
         columns.append(FilledColumn(Column(statistics.method), cells))
     # Methods that ignore the drop height have none; the scene has one all the same.
     in_scene = [

@@ -12,6 +12,7 @@ from ...base.text import name_poses, ranges
 from ...core.mesh.decimation import visible_triangles
 from ...core.records import Array, Part, StablePose
 from ...core.records.poses import PoseGroup, single_poses
+from ...core.records.statistics import listed_groups
 from ...core.statistics import feeding, pose_groups
 from ..design import comparison, describe
 from ..plots import changes, figures, poses, shares, sphere, splitting
@@ -77,7 +78,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     part = findings.part
     statistics = findings.simulated
     groups = pose_groups.pose_groups(statistics)
-    drawn_groups = groups[:MOST_SHOWN]
+    drawn_groups = listed_groups(groups)[:MOST_SHOWN]
     best_poses = [group.first for group in drawn_groups]
     pictures = poses.pose_pictures(part, best_poses, statistics.radius)
     return words.template(

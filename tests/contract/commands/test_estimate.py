@@ -70,6 +70,17 @@ class TestTable:
         assert table_head(text)[:3] == ["pose", "group", "probability"]
         assert text.splitlines()[:-1] == every_pose.splitlines()[:-1]
 
+    @pytest.mark.parametrize("method", ["split", "all"])
+    def test_rare_poses_are_folded_into_a_line(self, tmp_path, method):
+        """A plate hardly ever stands on its shortest edges; JSON lists them too."""
+        file = write_stl(tmp_path / "plate.stl", shapes.box(40.0, 30.0, 4.0))
+        words = ("estimate", file, "--unit", "mm", "--method", method)
+        text = answer(*words)
+        assert [row["poses"] for row in table_rows(text)] == ["0, 1", "2, 3"]
+        assert "... and 2 more poses below 0.1 %, 0.09% together" in text
+        every_pose = answer_json(*words[:4], "--method", "split")["poses"]
+        assert [pose["index"] for pose in every_pose] == [0, 1, 2, 3, 4, 5]
+
     def test_long_rows_of_poses_are_written_by_their_ends(self, cylinder):
         text = answer(
             "estimate", *cylinder, "--cluster-tolerance", "0", "--round-sides", "0"
