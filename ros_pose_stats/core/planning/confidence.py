@@ -19,7 +19,8 @@ from ..records.scene import DEFAULT_PLATE_ERROR, LOW_DROP_RADII
 from ..records.shares import with_shares
 from ..resting.poses import RestingPoses
 from ..statistics import errors, fitted_prior
-from ..statistics.prior import PosePrior, PriorFit, prior_fit
+from ..statistics.chi_square import goodness_of_fit
+from ..statistics.prior import FALSE_ALARM_CHANCE, PosePrior, PriorFit, prior_fit
 
 STRANGE_CHANCE = 0.08
 """How likely a part is of a kind that no fit has seen: a judgement, whose outcome is in
@@ -157,7 +158,9 @@ def observe_counts(
     `left_out` (P,): probabilities that the plate's fit says without these counts; they
     take the place of the model where they are of as many poses. Where the counts refute
     the model beyond its error and the plate's, the answer is theirs alone, with the
-    warning `CONFLICT`. `expected_error` and `plate_error` both are the error against
+    warning `CONFLICT`. Poses of a group share their counts unless these differ by more
+    than chance, as on a plate that has a hand; then each has its own, with the same
+    warning. `expected_error` and `plate_error` both are the error against
     the plate. Without any count, the model itself. Raises RequestError if there are not
     P counts from 0 up.
     """
@@ -187,9 +190,22 @@ def observe_counts(
         poses=tuple(poses),
         expected_error=0.0 if has_plate_shares else model.expected_error,
     )
-    prior = plate_prior(prediction)
-    refuted = np.flatnonzero(prior.contradicted_poses(pose_counts))
     warnings = model.warnings
+    unequal_groups = find_unequal_groups(poses, pose_counts)
+    unit = [
+        -1 - pose.index if pose.group in unequal_groups else pose.group
+        for pose in poses
+    ]
+    for indices in unequal_groups.values():
+        counted = pose_counts[indices] / total
+        conflict = (
+            f"CONFLICT: {text.name_poses(indices)} are the same by symmetry, and the "
+            f"cell counted {text.percent(counted.min())} to "
+            f"{text.percent(counted.max())} %; each is answered by its own counts."
+        )
+        warnings = (*warnings, conflict)
+    prior = plate_prior(prediction, unit)
+    refuted = np.flatnonzero(prior.contradicted_poses(pose_counts))
     if refuted.size:
         conflict = describe_conflict(
             prior,
@@ -200,7 +216,7 @@ def observe_counts(
             "the answer is that of the counts",
         )
         warnings = (*warnings, conflict)
-        prior = plate_prior(replace(prediction, expected_error=math.nan))
+        prior = plate_prior(replace(prediction, expected_error=math.nan), unit)
     shares = prior.update(pose_counts).shares(pose_counts)
     return with_shares(
         model,
@@ -213,6 +229,21 @@ def observe_counts(
         observed=total,
         warnings=warnings,
     )
+
+
+def find_unequal_groups(
+    poses: Sequence[StablePose], counts: Index
+) -> dict[int, list[int]]:
+    """Groups whose poses were counted unequally beyond chance, with their indices."""
+    groups: dict[int, list[int]] = {}
+    for pose in poses:
+        groups.setdefault(pose.group, []).append(pose.index)
+    return {
+        group: indices
+        for group, indices in groups.items()
+        if goodness_of_fit(counts[indices], np.ones(len(indices))).p_value
+        < FALSE_ALARM_CHANCE / len(groups)
+    }
 
 
 def plate_evidence(model: PoseStatistics, counts: ArrayLike) -> Array:
@@ -233,15 +264,18 @@ def learn_plate_error(evidence: Iterable[Array]) -> float:
     return float(DEFAULT_PLATE_ERROR * np.exp(weight @ log_ratio / weight.sum()))
 
 
-def plate_prior(model: PoseStatistics) -> PosePrior:
-    """What a result says of the part on a plate, before anything was counted there."""
+def plate_prior(model: PoseStatistics, unit: Sequence[int] | None = None) -> PosePrior:
+    """What a result says of the part on a plate, before anything was counted there.
+
+    `unit` (P,): poses of one number share their counts; groups without.
+    """
     poses = list(model.by_index.values())
     error = math.hypot(
         model.expected_error, model.plate_error * _pose_error_ratio(poses)
     )
     return PosePrior(
         [pose.probability for pose in poses],
-        [pose.group for pose in poses],
+        [pose.group for pose in poses] if unit is None else unit,
         error,
         model.restitution,
         PLATE_FIT,

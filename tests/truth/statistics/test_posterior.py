@@ -294,6 +294,22 @@ def test_an_estimate_far_off_costs_next_to_nothing():
     assert (np.sqrt(square.sum(axis=1) / (truth * (1.0 - truth) / drops)) < 1.1).all()
 
 
+def test_poses_of_a_group_share_counts_unless_these_are_unequal():
+    """Of both sides of a plate 130 and 70 are no chance (p = 2e-5), 105 and 95 are."""
+    model = estimated(part_from_mesh(*shapes.box(0.03, 0.04, 0.01)), "split")
+    pairs = [(pose.index, pose.group) for pose in model.by_index.values()]
+    assert [group for _, group in pairs] == [0, 0, 1, 1, 2, 2]
+    equal = observe_counts(model, [105, 95, 3, 2, 1, 0])
+    assert equal.warnings == model.warnings
+    assert equal.by_index[0].probability == equal.by_index[1].probability
+    unequal = observe_counts(model, [130, 70, 3, 2, 1, 0])
+    (warning,) = set(unequal.warnings) - set(model.warnings)
+    assert warning.startswith("CONFLICT: poses 0, 1 are the same by symmetry")
+    shares = [pose.probability for pose in unequal.by_index.values()]
+    assert shares[0] > 1.5 * shares[1]
+    assert shares[2] == shares[3] and sum(shares) == pytest.approx(1.0)
+
+
 def test_what_a_plate_errs_by_is_learnt_from_other_parts():
     """Counts as the estimate has them say little error, turned round they say much;
     none, none.
