@@ -80,7 +80,7 @@ def _prior(
 ) -> PosePrior:
     return PosePrior(
         estimate,
-        resting.group,
+        resting.unit,
         expected,
         scene.restitution,
         prior_fit(scene.restitution)._replace(strange=strange),
