@@ -20,12 +20,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
+from scipy.stats import binom
 
 from lab.bodies.families import FAMILIES, family_part
 from lab.bodies.rocking import ROCKING
 from lab.frame.results import Cell, Row, Section, Target
 from lab.training.split.samples import FIT_SEED, read_samples
 from ros_pose_stats import Part, PoseStatistics, auto, estimate, resting_poses, simulate
+from ros_pose_stats.core.planning import confidence
+from ros_pose_stats.core.records.scene import DEFAULT_RESTITUTION
+from ros_pose_stats.core.statistics.prior import PosePrior, prior_fit
 
 from .program import benchmark_parser, run_benchmark
 from .real_files import files_in, loaded, timed
@@ -57,6 +61,16 @@ MOST = 20_000
 bounds of its drops."""
 
 TARGETS = (0.05, 0.03, 0.02, 0.01)
+POWERS = (50, 100, 200, 400, 800, 1600)
+OFFSETS = (0.0, 0.03, 0.06, 0.09)
+NUT = (2, 6)
+NUT_ENDS = 0.56
+NUT_TOLD = 0.008
+"""Numbers of drops, and by what an estimate of a nut's ends is off, for the power of
+drops; its poses on its ends and on its sides, the share of the ends, and the expected
+error over the poses.
+"""
+
 REACH = 1.645
 """Half of an interval of 90 %, in standard deviations."""
 
@@ -95,6 +109,13 @@ ABOUT = (
 BY_SHARE = (
     "Intervals of 90 % of the same answers, by the reference's share of the pose: per "
     "cent that hold it. Not times."
+)
+BY_POWER = (
+    "What some drops make of an estimate of a nut (two ends, six sides) that expects an "
+    "error of {:g} points and is off by more in the share of its ends: by sums over all "
+    "counts. `refuted`: per cent of the runs with a `CONFLICT`. `error`: of the share of "
+    "the ends, root mean square in points, and `drops alone` without an estimate. `kept`: "
+    "per cent of the runs in which every pose is within `largest_error`. Not times."
 )
 BY_TARGET = (
     "`auto(part, target)` of the same scenes, on one thread. `kept`: per cent of the "
@@ -310,6 +331,59 @@ def targets(cases: Cases) -> Section:
     return Section("targets", "Target errors", BY_TARGET, tuple(rows))
 
 
+def powers() -> Section:
+    """Table of what numbers of drops make of an estimate that is wrong."""
+    rows = [
+        Row(
+            f"{drops} drops",
+            {
+                **{
+                    f"{name}, off {100.0 * offset:g}": cell
+                    for offset in OFFSETS
+                    for name, cell in power(drops, offset).items()
+                },
+                "drops alone": 100.0 * math.sqrt(NUT_ENDS * (1.0 - NUT_ENDS) / drops),
+            },
+            (),
+        )
+        for drops in POWERS
+    ]
+    about = BY_POWER.format(100.0 * NUT_TOLD)
+    return Section("powers", "The power of drops", about, tuple(rows))
+
+
+def power(drops: int, offset: float) -> dict[str, float]:
+    """How often so many drops refute an estimate, and the error of the answers."""
+    unit = np.repeat((0, 1), NUT)
+    shares = np.array((NUT_ENDS + offset, 1.0 - NUT_ENDS - offset))
+    fit = prior_fit(DEFAULT_RESTITUTION)._replace(strange=confidence.DOUBT)
+    prior = PosePrior((shares / NUT)[unit], unit, NUT_TOLD, DEFAULT_RESTITUTION, fit)
+    ends = np.arange(drops + 1)
+    refuted = np.zeros(ends.size)
+    errors = np.zeros(ends.size)
+    kept = np.zeros(ends.size)
+    for number in ends.tolist():
+        # Units alone matter: their first poses stand for all.
+        counts = np.zeros(unit.size, dtype=np.int64)
+        counts[0], counts[-1] = number, drops - number
+        refuted[number] = prior.contradicted_poses(counts).any()
+        posterior = prior.update(counts)
+        answer = number / drops
+        if not refuted[number]:
+            answer = posterior.probability[unit == 0].sum()
+            kept[number] = (
+                abs(answer - NUT_ENDS) <= min(NUT) * posterior.largest_error()
+            )
+        errors[number] = answer - NUT_ENDS
+    chance = binom.pmf(ends, drops, NUT_ENDS)
+    answered = chance * (1.0 - refuted)
+    return {
+        "refuted": 100.0 * float(chance @ refuted),
+        "error": 100.0 * math.sqrt(float(chance @ np.square(errors))),
+        "kept": 100.0 * float(answered @ kept / answered.sum()),
+    }
+
+
 def sections(
     families: Sequence[str], bodies: int, folders: Sequence[Path]
 ) -> Iterator[Section]:
@@ -329,6 +403,7 @@ def sections(
         )
     )
     yield answers(cases)
+    yield powers()
     yield intervals(cases)
     yield targets(cases)
 
