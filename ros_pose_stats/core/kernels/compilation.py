@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from functools import cached_property, update_wrapper
 from importlib import import_module
 from pkgutil import walk_packages
-from threading import RLock
+from threading import RLock, Thread
 from typing import Any, TypeVar
 
 from numba.core.compiler_lock import global_compiler_lock
@@ -197,7 +197,7 @@ def compile_missing(on_progress: Callable[[int, int], object]) -> int:
     with ProcessPoolExecutor(
         min(len(families), os.cpu_count() or 1),
         multiprocessing.get_context("spawn"),
-        _end_quietly,
+        _end_with_the_command,
     ) as pool:
         pending = {pool.submit(_compile_family, names) for names in families if names}
         while pending:
@@ -215,6 +215,19 @@ def _compile_family(names: list[str]) -> None:
             kernel.prepare()
 
 
-def _end_quietly() -> None:
-    """Let a worker end silently on Ctrl-C, since the command itself prints a line."""
+def _end_with_the_command() -> None:
+    """Let a worker end where the command is killed, and silently on Ctrl-C.
+
+    The pool's workers would wait for each other for ever. On Ctrl-C the command itself
+    prints a line.
+    """
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    Thread(target=_await_the_end, daemon=True).start()
+
+
+def _await_the_end() -> None:
+    from multiprocessing import parent_process
+
+    if command := parent_process():
+        command.join()
+        os._exit(1)
