@@ -156,8 +156,8 @@ def about(process, file):
     gone.
     """
     try:
-        return Path(f"/proc/{process}/{file}").read_text()
-    except (FileNotFoundError, ProcessLookupError):
+        return Path(f"/proc/{process}/{file}").read_text(errors="replace")
+    except (FileNotFoundError, ProcessLookupError, PermissionError):
         return ""
 
 

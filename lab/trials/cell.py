@@ -11,7 +11,6 @@ from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from pathlib import Path
 
-from domain_coordinator import domain_id
 from rclpy.logging import LoggingSeverity, set_logger_level
 
 from ros_pose_stats import estimate, simulate
@@ -23,6 +22,7 @@ from tests.contract.node.harness.cell import (  # noqa: F401 - for the trials
     cell_of,
     latched,
 )
+from tests.contract.node.harness.domains import own_domain
 from tests.contract.node.harness.jobs import finished, start
 from tests.contract.node.harness.parts import WEDGE, flat, new_id
 
@@ -37,7 +37,7 @@ def domain():
     stack = ExitStack()
     atexit.register(stack.close)
     os.environ["ROS_LOG_DIR"] = stack.enter_context(tempfile.TemporaryDirectory())
-    number = stack.enter_context(domain_id())
+    number = stack.enter_context(own_domain())
     os.environ["ROS_DOMAIN_ID"] = str(number)
     for name in (
         "planner",

@@ -25,6 +25,7 @@ from tests.contract.node.contract import (
 )
 from tests.contract.node.harness.cell import latched
 from tests.contract.node.harness.client import Client, until
+from tests.contract.node.harness.domains import own_domain
 from tests.contract.node.harness.node import PATIENCE
 from tests.running import ROOT, answer, call
 
@@ -46,10 +47,8 @@ def line_of(command):
 
 @pytest.fixture(scope="module")
 def domain(tmp_path_factory):
-    from domain_coordinator import domain_id
-
     with (
-        domain_id() as number,
+        own_domain() as number,
         mock.patch.dict(
             os.environ,
             {

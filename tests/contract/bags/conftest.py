@@ -8,9 +8,9 @@ import tests.contract.node.conftest  # noqa: F401  discovery and checks, before 
 @pytest.fixture(scope="session")
 def domain(tmp_path_factory):
     """The domain, and the environment of a node in it."""
-    from domain_coordinator import domain_id
+    from tests.contract.node.harness.domains import own_domain
 
-    with domain_id() as number:
+    with own_domain() as number:
         yield (
             number,
             {

@@ -20,10 +20,10 @@ with warnings.catch_warnings():
 @pytest.fixture(scope="session")
 def domain(tmp_path_factory):
     """A domain that no other test run on this machine uses."""
-    from domain_coordinator import domain_id
+    from .harness.domains import own_domain
 
     os.environ["ROS_LOG_DIR"] = str(tmp_path_factory.mktemp("ros_logs"))
-    with domain_id() as number:
+    with own_domain() as number:
         os.environ["ROS_DOMAIN_ID"] = str(number)
         yield number
 
@@ -105,9 +105,9 @@ def node(tuned_cell):
 @pytest.fixture(scope="session")
 def other_domain(domain):
     """A domain without the shared nodes."""
-    from domain_coordinator import domain_id
+    from .harness.domains import own_domain
 
-    with domain_id() as number:
+    with own_domain() as number:
         yield number
 
 

@@ -1,5 +1,6 @@
 """The node as its user runs it: in a process of its own."""
 
+import ctypes
 import os
 import signal
 import subprocess
@@ -13,6 +14,9 @@ PATIENCE = float(os.environ.get("PATIENCE", "240"))
 
 START_PATIENCE = 900.0
 """Until the node is ready: kernels may have to be compiled, by several at once."""
+
+LIBC = ctypes.CDLL(None)
+PR_SET_PDEATHSIG = 1  # of Linux's `prctl`
 
 
 def parameters(**values):
@@ -52,6 +56,14 @@ class Running:
             self.process.communicate()
 
 
+def _end_with_the_test():
+    """Called in a process that begins: let it be killed where this one is.
+
+    It would hold its domain and its files, and answer in place of others.
+    """
+    LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
 class NodeProcess:
     """A node in its `folder`, with parameters by `values`, and what it says on standard
     error.
@@ -84,6 +96,7 @@ class NodeProcess:
             errors="replace",
             env={**os.environ, **(environment or {})},
             cwd=folder,
+            preexec_fn=_end_with_the_test,
         )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
