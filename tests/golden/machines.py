@@ -1,91 +1,51 @@
-"""How this machine plays others: environments in which libraries use what other
-processors have.
+"""How this machine plays older ones: environments in which libraries use what those
+have.
 
-Where the environment already chooses the kernels of OpenBLAS, they are left alone.
+OpenBLAS, as numpy and scipy bring it, has three sets of kernels for x86-64. The one of
+this processor is used in all other tests.
 """
 
 import os
-from pathlib import Path
 
-from numpy._core._multiarray_umath import __cpu_features__ as numpy_features
+from numpy._core._multiarray_umath import (
+    __cpu_dispatch__ as dispatched,
+    __cpu_features__ as features,
+)
 
-
-def processor_flags():
-    """What the processor has, as Linux names it; elsewhere as numpy does."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return {name.lower() for name, present in numpy_features.items() if present}
-    return set(next((line for line in lines if line.startswith("flags")), "").split())
-
-
-KERNELS = {
-    "Prescott": "pni",
-    "Haswell": "avx2",
-    "Zen": "avx2",
-    "SkylakeX": "avx512vl",
-    "Cooperlake": "avx512_bf16",
-    "SapphireRapids": "avx512_bf16",
+C_LIBRARY_WITHOUT_FMA = {
+    "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2_Usable,-FMA_Usable,-AVX2,-FMA,-FMA4"
 }
-"""Kernels of OpenBLAS, and what a processor must have for them."""
-
-LIBRARIES = {
-    "C library without FMA": (
-        "avx2",
-        {
-            "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2_Usable,-FMA_Usable,-AVX2,-FMA,-FMA4"
-        },
-    ),
-    "numpy without AVX512": (
-        "avx512vl",
-        {"NPY_DISABLE_CPU_FEATURES": "AVX512F AVX512CD AVX512_SKX"},
-    ),
-    "numpy without AVX2": ("avx2", {"NPY_DISABLE_CPU_FEATURES": "AVX2 FMA3"}),
-}
-
 COMPILED_OTHERWISE = {
-    "generic code": {"NUMBA_CPU_NAME": "generic"},
-    "code hardly optimised": {"NUMBA_OPT": "1", "NUMBA_LOOP_VECTORIZE": "0"},
+    "NUMBA_CPU_NAME": "generic",
+    "NUMBA_OPT": "1",
+    "NUMBA_LOOP_VECTORIZE": "0",
 }
-
-
-def playable():
-    """Environments by name that this processor can run."""
-    flags = processor_flags()
-    kernels = (
-        {}
-        if "OPENBLAS_CORETYPE" in os.environ
-        else {
-            f"BLAS for {name}": {"OPENBLAS_CORETYPE": name}
-            for name, needed in KERNELS.items()
-            if needed in flags
-        }
-    )
-    return kernels | {
-        name: environment
-        for name, (needed, environment) in LIBRARIES.items()
-        if needed in flags
-    }
-
-
-PLAYED = playable()
-
-WITHOUT = {
-    "SSE3": ("Prescott", "C library without FMA", "numpy without AVX2"),
-    "AVX2": ("Haswell", "numpy without AVX512"),
-    "AVX512": ("SkylakeX",),
-}
-"""What whole machines have at most, and the environments that make them so."""
-
-MACHINES = {
-    name: {
-        key: value
-        for word in made_by
-        for played in (word, f"BLAS for {word}")
-        for key, value in PLAYED.get(played, {}).items()
-    }
-    for name, made_by in WITHOUT.items()
-}
-"""Whole machines in place of one library each: a process for each generation of
-processors.
+"""Kernels for any processor, and hardly optimised: as far from the usual ones as can
+be.
 """
+
+
+def played(kernels, newer):
+    """Environment with kernels of OpenBLAS, and without newer features in numpy.
+
+    Where the environment already chooses the kernels of OpenBLAS, they are left alone.
+    """
+    return {
+        "OPENBLAS_CORETYPE": os.environ.get("OPENBLAS_CORETYPE", kernels),
+        "NPY_DISABLE_CPU_FEATURES": " ".join(newer),
+    }
+
+
+def older_machines():
+    """Environments of older processors, by what those have at most."""
+    present = [name for name in dispatched if features[name]]
+    machines = {}
+    if features.get("AVX512_SKX"):
+        newer = [name for name in present if name.startswith("AVX512")]
+        machines["AVX2"] = played("Haswell", newer)
+    if features.get("AVX2"):
+        machines["SSE3"] = played("Prescott", present) | C_LIBRARY_WITHOUT_FMA
+    return machines
+
+
+MACHINES = older_machines()
