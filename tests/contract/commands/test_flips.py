@@ -43,6 +43,9 @@ def test_kicks_are_set_beside_dropping_again(box):
 def test_intervals_are_kept(box):
     """Nine in ten of 120 trials, but for three standard errors, and 0.01 for the first
     order.
+
+    What is taken for the truth is off by a seventh of a trial's error, which costs
+    0.004.
     """
 
     def fed(flips, drops, seed):
@@ -65,7 +68,7 @@ def test_intervals_are_kept(box):
             for kind in ("kicked", "dropped_again")
         ]
 
-    truth = [value for value, _, _ in fed(20_000, 60_000, 1)]
+    truth = [value for value, _, _ in fed(5_000, 15_000, 1)]
     hits = [
         [
             low <= true <= high

@@ -73,13 +73,10 @@ def test_errors_and_the_bound_of_every_pose(hundreds, truth):
 @pytest.mark.parametrize(
     ("surface", "true", "target"),
     [
-        pytest.param(
-            shapes.box(1.0, 1.0, 1.0), 1.0 / 6.0, 0.02, marks=pytest.mark.long
-        ),
         (shapes.tetrahedron(), 0.25, 0.03),
         pytest.param(shapes.box(1.0, 1.0, 2.0), None, 0.02, marks=pytest.mark.long),
     ],
-    ids=["cube", "tetrahedron", "bar"],
+    ids=["tetrahedron", "bar"],
 )
 def test_a_target_is_kept_in_nine_of_ten_runs(surface, true, target):
     """Though the counts choose when to stop; three standard errors of 150 runs are
@@ -115,17 +112,19 @@ def test_stopping_at_a_target_hardly_biases(part, truth):
 
 @pytest.mark.long
 def test_auto_keeps_a_target_whatever_it_answers_by():
-    """Parts that no fit has seen, against 6000 drops, whose noise is taken off.
+    """Parts that no fit has seen, against 3000 drops, whose noise is taken off.
 
-    Three standard errors of 40 parts are 0.14.
+    Three standard errors of 40 parts are 0.14. The square of the noise is a tenth of
+    that of the narrower target, and known to a fifth of itself.
     """
     targets = (0.05, 0.02)
+    drops = 3000
     hits = []
     for number in range(40):
         part = part_from_mesh(*random_polyhedron(5 + number % 9, 7000 + number))
         scene = {"restitution": (0.2, 0.5, 0.8)[number % 3], "cluster_tolerance": 0.0}
-        true = by_index(simulate(part, 6000, seed=number, **scene), "probability")
-        noise = true * (1.0 - true) / 6000
+        true = by_index(simulate(part, drops, seed=number, **scene), "probability")
+        noise = true * (1.0 - true) / drops
         away = [
             by_index(auto(part, target, seed=900 + number, **scene), "probability")
             - true
