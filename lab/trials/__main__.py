@@ -1,30 +1,49 @@
-"""All programs of trials, one after the other, in a short form with a fixed seed.
+"""All programs of trials in a short form with a fixed seed, two side by side.
 
     python -m lab.trials [--size SHARE]
 
-Some ten minutes on two cores. Exit status 1 where a promise was broken.
+From size 1 on times are judged, so that one program follows the other. Exit status 1
+where a promise was broken.
 """
 
 from __future__ import annotations
 
+import argparse
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 from . import ROOT
-from .frame import TITLES
+from .frame import TITLES, judges_times
+
+
+def tried(name: str, size: float | None) -> bool:
+    """Run one, with its name before each line; whether all promises were kept."""
+    options = ["--short"] if size is None else ["--size", f"{size:g}"]
+    with subprocess.Popen(
+        [sys.executable, "-m", f"lab.trials.{name}", *options],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+    ) as process:
+        for line in process.stdout or ():
+            print(f"{name}: {line}", end="", flush=True)
+    return process.returncode == 0
 
 
 def main() -> int:
-    """Run them with the options that were given; by default `--short`."""
-    options = sys.argv[1:] or ["--short"]
-    broken = [
-        name
-        for name in TITLES
-        if subprocess.run(
-            [sys.executable, "-m", f"lab.trials.{name}", *options], cwd=ROOT
-        ).returncode
-        != 0
-    ]
+    """Run them with the size that was asked for."""
+    parser = argparse.ArgumentParser(prog="lab.trials")
+    parser.add_argument("--size", type=float, help="share of the full numbers")
+    size = parser.parse_args().size
+    side_by_side = 1 if size is not None and judges_times(size) else 2
+    with ThreadPoolExecutor(side_by_side) as pool:
+        kept = dict(
+            zip(TITLES, pool.map(lambda name: tried(name, size), TITLES), strict=True)
+        )
+    broken = [name for name in TITLES if not kept[name]]
     print(f"broken: {', '.join(broken)}" if broken else "all promises kept")
     return 1 if broken else 0
 

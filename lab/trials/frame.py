@@ -88,6 +88,13 @@ def judged(tried: int, summary: str, **promises: bool) -> Outcome:
     )
 
 
+def judges_times(size: float) -> bool:
+    """Whether trials of this size judge times: only full runs, which have the machine
+    alone.
+    """
+    return size >= 1.0
+
+
 class Setting(NamedTuple):
     """How much is tried, as a share of a full run, from which seed on, and in which
     folder.
@@ -99,10 +106,8 @@ class Setting(NamedTuple):
 
     @property
     def judges_times(self) -> bool:
-        """Whether times are judged: in a full run, on a machine that does nothing
-        else.
-        """
-        return self.size >= 1.0
+        """Whether times are judged."""
+        return judges_times(self.size)
 
     def of(self, full: int, least: int = 1) -> int:
         """So many instead of the number of a full run."""

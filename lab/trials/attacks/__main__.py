@@ -29,7 +29,7 @@ ATTACKS = (
         ),
     ),
 )
-SHORT = 0.3
+SHORT = 0.1
 
 if __name__ == "__main__":
     raise SystemExit(program("attacks", ATTACKS, SHORT))

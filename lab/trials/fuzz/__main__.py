@@ -16,7 +16,7 @@ from .watched import Watched
 INPUTS = 270
 """Of each kind: 11 340 in all."""
 
-SHORT = 0.2
+SHORT = 0.1
 THOROUGH_EVERY = 5
 """One input of so many is asked about at every tolerance and given in other ways
 too.

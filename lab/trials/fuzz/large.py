@@ -17,7 +17,7 @@ from .watched import Tried, Watched
 
 TRIANGLES = 100_000
 BOUND = 60.0
-"""Seconds that any of them may take to be made, taken as a part and estimated nine
+"""Seconds of the processor that any of them may take to be made, taken as a part and estimated nine
 times.
 """
 

@@ -14,6 +14,7 @@ import traceback
 import warnings
 from collections.abc import Callable
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,13 +26,20 @@ from .kinds import KINDS, case
 from .sameness import differences, undecided
 
 LIMIT = 30.0
-"""Seconds that one small input may take, drops included, on a machine with a lot else
-to do.
+"""Seconds of the processor that one small input may take, drops included.
 
 Most take 10 ms. The longest are drops of bodies with almost no inertia, which lose
 energy by little in very many steps until they are given up: three of them take eight
 seconds.
 """
+
+STANDING = 10.0
+"""How many times longer it may take on a machine with a lot else to do, before it
+counts as one that stands still.
+"""
+
+LOOK = 1.0
+"""Seconds between looks at the time of the processor."""
 
 IN_OTHER_WAYS = 5.0
 """How many times longer an input may take that is given in other ways too."""
@@ -95,7 +103,6 @@ def attempt(kind: str, seed: int, thorough: bool) -> Tried:
 
 def serve(connection: Connection, trial: Callable[..., Tried]) -> None:
     """Try what is asked for until the other side closes; a warning is a fault."""
-    os.nice(10)
     warnings.simplefilter("error")
     attempt(
         "polyhedron", 0, True
@@ -109,6 +116,17 @@ def serve(connection: Connection, trial: Callable[..., Tried]) -> None:
         connection.send(trial(*job))
 
 
+def _processor_seconds(pid: int) -> float:
+    """What a process has taken of the processor until now; 0 of one that has ended."""
+    try:
+        text = Path(f"/proc/{pid}/stat").read_text("utf-8")
+    except FileNotFoundError:
+        return 0.0
+    _, _, fields = text.rpartition(") ")
+    user, system = map(int, fields.split()[11:13])
+    return (user + system) / os.sysconf("SC_CLK_TCK")
+
+
 class Watched:
     """A process that tries inputs, started anew after one that it did not survive."""
 
@@ -116,7 +134,7 @@ class Watched:
         self, trial: Callable[..., Tried] = attempt, limit: float = LIMIT
     ) -> None:
         self._trial = trial
-        self._limit = limit  # seconds an input may take
+        self._limit = limit  # seconds of the processor that an input may take
         self._process: Any = None
         self._connection: Connection | None = None
 
@@ -130,15 +148,25 @@ class Watched:
         """Try one input; a fault where it takes too long or ends the process."""
         connection = self._connection or self._start()
         connection.send((name, seed, thorough))
-        fault = f"no answer within {self._limit:g} s"
+        limit = self._limit * (IN_OTHER_WAYS if thorough else 1.0)
+        fault = f"no answer within {limit:g} s of the processor"
         try:
-            if connection.poll(self._limit * (IN_OTHER_WAYS if thorough else 1.0)):
+            if self._answers(connection, limit):
                 return connection.recv()
         except EOFError:
             self._process.join()
             fault = f"the process ended with status {self._process.exitcode}"
         self._stop()
         return Tried(seed, faults=(fault,), seconds=self._limit)
+
+    def _answers(self, connection: Connection, limit: float) -> bool:
+        """Wait for an answer; whether it came in time."""
+        usage = _processor_seconds(self._process.pid) + limit
+        end = time.monotonic() + STANDING * limit
+        while not connection.poll(LOOK):
+            if time.monotonic() > end or _processor_seconds(self._process.pid) > usage:
+                return False
+        return True
 
     def _start(self) -> Connection:
         context = multiprocessing.get_context("spawn")

@@ -6,7 +6,7 @@ from ..frame import program, trial
 from .drops import many_drops
 from .node import Soak
 
-SHORT = 0.1
+SHORT = 0.05
 
 if __name__ == "__main__":
     raise SystemExit(program("soak", [trial(many_drops), *Soak().trials()], SHORT))

@@ -10,7 +10,7 @@ from ros_pose_stats.node.state import Change, State
 from ros_pose_stats.node.state.tables import COLUMNS
 
 from ..frame import Outcome, Setting
-from .original import NAME, Original
+from .original import NAME, killed_state
 
 CUTS = 20
 FLIPS = 200
@@ -19,7 +19,7 @@ READ_FLIPS = 4000
 
 def _tried(setting, tries, damage):
     """Nodes on files that were damaged, each in a way of its own."""
-    original = Original(setting.folder)
+    original = killed_state()
     chance = random.Random(setting.seed)
     broken = []
     empty = 0

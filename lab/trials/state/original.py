@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
 import shutil
+import tempfile
 import time
+from functools import cache
+from pathlib import Path
 
 from ros_pose_stats import estimate
 from tests.contract.node.harness import parts
@@ -123,6 +127,14 @@ class Original:
         if whole and not (shown == self.shown and job.success):
             wrong.append(f"{len(shown)} of {len(self.shown)} parts, job: {job.message}")
         return wrong
+
+
+@cache
+def killed_state():
+    """The same for all trials of this program, which change copies of it alone."""
+    folder = tempfile.TemporaryDirectory(prefix="trial_original_")
+    atexit.register(folder.cleanup)
+    return Original(Path(folder.name))
 
 
 def numbers_of(client):

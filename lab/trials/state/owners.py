@@ -18,12 +18,12 @@ from tests.contract.node.harness.parts import flat
 from ..frame import Outcome, Setting
 from .kills import small_disk, sound
 from .ledger import BOXES
-from .original import NAME, Original, numbers_of
+from .original import NAME, killed_state, numbers_of
 
 
 def other_versions(setting: Setting) -> Outcome:
     """A state file of a newer version, of older messages, and of another program."""
-    original = Original(setting.folder)
+    original = killed_state()
     broken = []
 
     def changed(*statements):
@@ -44,7 +44,7 @@ def other_versions(setting: Setting) -> Outcome:
     broken += _refused(foreign, "another program")
     if foreign.read_bytes() != data_before:
         broken.append("the file of another program was changed")
-    link = sqlite3.connect(original.folder / NAME)
+    link = sqlite3.connect(original.copy(setting.folder / "copy"))
     ((name, text),) = link.execute(
         "SELECT name, value FROM facts WHERE name='definitions'"
     )
@@ -90,7 +90,7 @@ def files_in_use(setting: Setting) -> Outcome:
     """Locked by a living node, by the lock of a dead process, and by another
     program's.
     """
-    original = Original(setting.folder)
+    original = killed_state()
     broken = []
     file = original.copy(setting.folder / "copy")
     with original.cell(setting.folder / "bags", file) as (node, _):
@@ -131,7 +131,7 @@ def a_disk_to_read_only(setting: Setting) -> Outcome:
     """A state file on a disk that can only be read: all is there, and answers say
     so.
     """
-    original = Original(setting.folder)
+    original = killed_state()
     broken = []
     with small_disk(setting.folder / "disk", 64) as problem:
         if problem:
