@@ -25,8 +25,8 @@ settings.register_profile("search", max_examples=3000, **COMMON)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fixed"))
 
 MOST_STARTS = 80
-LONG_SECONDS = 900
-NODE_SECONDS = 300
+LONG_SECONDS = 1800
+NODE_SECONDS = 600
 """Time limits of long tests and of those over DDS; that of the others is in
 `setup.cfg`.
 """

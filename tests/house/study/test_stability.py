@@ -10,7 +10,7 @@ from tests.running import strict_json
 
 from .programs import assert_drawn, study
 
-pytestmark = [pytest.mark.long, pytest.mark.timeout(900)]
+pytestmark = pytest.mark.long
 
 OLD = ("area", "csae", "adre", "qse")
 """Estimators that jump where a face becomes unstable."""
