@@ -199,7 +199,7 @@ class _Simulation:
         judgement = prefix.recent_judgement()
         return DropProgress(
             prefix.drops,
-            self._request.drops,
+            prefix.drop_bound,
             prefix.drops - prefix.settled_drops,
             judgement.expected_error,
             judgement.bound,

@@ -221,6 +221,9 @@ class TestAuto:
         assert 50 <= answer.drops == with_workers.drops < LEAST_DROPS
         (warning,) = warned(answer, "TARGET_MISSED")
         assert f"{answer.drops} drops" in warning
+        bounds = []
+        auto(oval, on_progress=lambda progress: bounds.append(progress.bound))
+        assert bounds[-1] == answer.drops
         assert (
             by_index(answer, "count").tolist()
             == by_index(with_workers, "count").tolist()
