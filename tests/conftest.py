@@ -7,6 +7,7 @@ At its end a run says how many processes its tests started, and lists them in th
 more than `MOST_STARTS`.
 """
 
+import faulthandler
 import os
 import sys
 from pathlib import Path
@@ -30,6 +31,12 @@ NODE_SECONDS = 600
 """Time limits of long tests and of those over DDS; that of the others is in
 `setup.cfg`.
 """
+
+OVERTIME_SECONDS = 300
+"""For what a test that has reached its limit must end, such as nodes."""
+
+END_SECONDS = 120
+"""In which Python must have ended after the last test."""
 
 STARTS = "process_starts"
 
@@ -60,11 +67,13 @@ COUNT = StartCount()
 
 def pytest_configure(config):
     config.stash[COUNT_KEY] = 0
+    config.stash[ERROR_KEY] = os.dup(2)  # before it is captured
     if hasattr(config, "workerinput") or not config.getoption("numprocesses", None):
         sys.addaudithook(COUNT.hear)
 
 
 COUNT_KEY = pytest.StashKey()
+ERROR_KEY = pytest.StashKey()
 
 
 def pytest_collection_modifyitems(items):
@@ -76,6 +85,30 @@ def pytest_collection_modifyitems(items):
             item.add_marker(
                 pytest.mark.timeout(LONG_SECONDS if "long" in marks else NODE_SECONDS)
             )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    """End the process with a trace where a test goes on long after its limit.
+
+    Machine code that keeps the interpreter lets no signal be heard, and needs another
+    thread of machine code to be ended.
+    """
+    mark = item.get_closest_marker("timeout")
+    limit = mark.args[0] if mark else float(item.config.getini("timeout"))
+    exit_after(limit + OVERTIME_SECONDS, item.config)
+    try:
+        return (yield)
+    finally:
+        faulthandler.cancel_dump_traceback_later()
+
+
+def pytest_unconfigure(config):
+    exit_after(END_SECONDS, config)
+
+
+def exit_after(seconds, config):
+    faulthandler.dump_traceback_later(seconds, file=config.stash[ERROR_KEY], exit=True)
 
 
 @pytest.hookimpl(optionalhook=True)
