@@ -1,4 +1,7 @@
-"""The command: in this process, as `cli.main` runs it, or in one of its own."""
+"""The command: in this process, as `cli.main` runs it, or in one of its own.
+
+Commands that speak ROS run in a copy of a process that has loaded all (`copies`).
+"""
 
 import contextlib
 import io
@@ -15,7 +18,11 @@ import ros_pose_stats
 from ros_pose_stats import PoseStatsError
 from ros_pose_stats.tools import cli
 
+from .copies import copies
+
 ROOT = Path(ros_pose_stats.__file__).resolve().parents[1]
+
+SPEAKS_ROS = {("node",), ("publish",), ("show",)}
 
 STATISTICS_KEYS = {
     "choice",
@@ -76,10 +83,22 @@ class Done(NamedTuple):
 
 
 def call(*arguments, program=cli.main):
-    """Run a command in this process, or another program that takes its arguments.
+    """Run a command, or another program that takes its arguments.
 
-    Signals that it takes over are given back.
+    One that makes a participant of DDS is run in a process of its own.
     """
+    if program is cli.main and arguments[:1] in SPEAKS_ROS:
+        return call_copy("ros_pose_stats.tools.cli:main", *arguments)
+    return call_here(*arguments, program=program)
+
+
+def call_copy(executable, *arguments):
+    """Run a program, as `module:function`, in a process of its own."""
+    return Done(*copies().run(executable, [str(argument) for argument in arguments]))
+
+
+def call_here(*arguments, program=cli.main):
+    """Run a program in this process; signals that it takes over are given back."""
     printed = io.StringIO()
     err = io.StringIO()
     handlers = {
@@ -120,7 +139,7 @@ def answer_json(*arguments):
     return values
 
 
-def refusal(*arguments):
+def refusal(*arguments, call=call):
     """The one line on standard error of a command that must be refused."""
     outcome = call(*arguments)
     assert outcome.returncode == 2, outcome

@@ -33,6 +33,9 @@ SERVICES = {
 QUEUED, RUNNING, DONE, CANCELLED, FAILED = range(1, 6)
 
 
+LASTING_NODES = []
+
+
 def is_farewell(statistics):
     """Whether a result is the last word about a part: the node has forgotten it."""
     return not statistics.poses and any(
@@ -77,10 +80,13 @@ def context_of(domain, participant):
     """A participant in a domain that clients of this process share until it ends.
 
     Where one ends, Fast DDS 2.14 writes through broken pointers now and then, or spins
-    for ever.
+    for ever. It ends with the last node of its context.
     """
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=domain)
+    LASTING_NODES.append(
+        rclpy.create_node("_tests", context=context, enable_rosout=False)
+    )
     return context
 
 
