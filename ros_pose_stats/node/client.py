@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import rclpy
-from rclpy import exceptions, qos, signals
+from rclpy import exceptions, qos
 from rclpy.node import Node
 from ros_pose_stats_msgs import msg
 from ros_pose_stats_msgs.srv import GetStatistics
@@ -18,8 +18,9 @@ from ..core.records import DropScene, Part, PoseStatistics
 from ..core.records.scene import DEFAULT_RESTITUTION
 from .messages import part_messages, part_requests, times
 from .messages.statistics_messages import statistics_of_message
+from .participant import join_ros
 from .parts import part_builder
-from .stop_signals import StopSignals, kill_after
+from .stop_signals import StopSignals
 
 PATIENCE = 5.0  # seconds that a node is given to answer
 UNCHECKED = 1.5  # seconds after which no more comes than an estimate without drops
@@ -35,17 +36,7 @@ Tell = Callable[[str], object]
 def ros_node(name: str, arguments: Sequence[str]) -> Iterator[tuple[Node, StopSignals]]:
     """A node of one's own, and whether SIGINT or SIGTERM has asked for the end."""
     stop = StopSignals()
-    try:
-        rclpy.init(
-            args=list(arguments), signal_handler_options=signals.SignalHandlerOptions.NO
-        )
-    except Exception as error:
-        # What rcl raises for arguments that it cannot parse has no base.
-        raise RequestError(
-            "ROS arguments that rcl can read",
-            str(error),
-            "for instance --ros-args -r __ns:=/cell",
-        ) from error
+    join_ros(arguments, "for instance --ros-args -r __ns:=/cell")
     node = None
     try:
         node = rclpy.create_node(name)
@@ -57,10 +48,8 @@ def ros_node(name: str, arguments: Sequence[str]) -> Iterator[tuple[Node, StopSi
             "the name of a ROS topic or node", str(error), "for instance /pose_stats"
         ) from error
     finally:
-        kill_after(PATIENCE)
         if node is not None:
             node.destroy_node()
-        kill_after(0.0)
         rclpy.try_shutdown()
 
 

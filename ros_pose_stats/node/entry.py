@@ -2,23 +2,30 @@
 
 import os
 import sys
+import traceback
 from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 
 from ..base.errors import PoseStatsError, RequestError
+from .participant import finish
 
 INTERFACES = "ros_pose_stats_msgs"
 REFUSED = 2
+FAILED = 1
 
 
 def main() -> int:
     """The executable `pose_stats_node`."""
     try:
-        return start_node(sys.argv[1:])
+        status = start_node(sys.argv[1:])
     except PoseStatsError as refusal:
         print(f"pose_stats_node: {refusal}", file=sys.stderr)
-        return REFUSED
+        status = REFUSED
+    except Exception:
+        traceback.print_exc()
+        status = FAILED
+    return finish(status)
 
 
 def start_node(words: list[str]) -> int:

@@ -1,6 +1,5 @@
 """The node `pose_stats`: its wiring, its start, and its end on SIGINT and SIGTERM."""
 
-import os
 import sys
 import threading
 from collections.abc import Sequence
@@ -8,15 +7,16 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from typing import Any
 
 import rclpy
-from rclpy import exceptions, executors, signals
+from rclpy import exceptions, executors
 
-from ..base.errors import PoseStatsError, RequestError
+from ..base.errors import PoseStatsError
 from .answering_node import AnsweringNode
 from .camera_counts import Cameras
 from .equipment import Equipment
 from .jobs import Jobs, job_reports, queue, refinement, run
 from .lanes import Lanes
 from .messages.times import follow_clock, steady_timer
+from .participant import finish, join_ros
 from .parts import intake, part_builder
 from .parts.registry import PartRegistry
 from .recorder import Recorder, convert_to_installed, definitions
@@ -49,6 +49,14 @@ class PoseStatsNode(AnsweringNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("pose_stats", **options)
+        try:
+            self._assemble()
+        except BaseException:
+            self.destroy_node()  # which others would see for a while
+            raise
+
+    def _assemble(self) -> None:
+        """Make all that a node has, or refuse its parameters."""
         follow_clock(self.get_clock())
         self.table = Parameters(self, self._on_change)
         settings = self._settings
@@ -186,18 +194,7 @@ def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
     """
     sys.setswitchinterval(SWITCH_SECONDS)
     try:
-        rclpy.init(
-            args=arguments, signal_handler_options=signals.SignalHandlerOptions.NO
-        )
-    except Exception as error:  # what rcl raises for these has no class of its own
-        refusal = RequestError(
-            "ROS arguments that rcl can read",
-            str(error).strip(),
-            "for instance --ros-args -p restitution:=0.3",
-        )
-        print(f"pose_stats: {refusal}", file=sys.stderr)
-        return REFUSED
-    try:
+        join_ros(arguments, "for instance --ros-args -p restitution:=0.3")
         node = None if stop.is_requested else PoseStatsNode()
     except (
         PoseStatsError,
@@ -232,10 +229,8 @@ class Life:
             finish_within(SAVE_SECONDS, self._node.save)
         if self._failure is not None:
             print(f"pose_stats: internal failure: {self._failure!r}", file=sys.stderr)
-        sys.stdout.flush()
-        sys.stderr.flush()
-        # Python itself would wait for every pool of threads.
-        os._exit(FAILED if self._failure else 0)
+        # At a usual end Python would wait for every pool of threads.
+        return finish(FAILED if self._failure else 0)
 
     def _live(self) -> None:
         """Load the kernels before anything is computed, and answer."""

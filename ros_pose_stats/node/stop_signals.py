@@ -48,8 +48,8 @@ def finish_within(seconds: float, act: Callable[[], object]) -> bool:
 def kill_after(seconds: float) -> None:
     """Have the process killed by SIGALRM, which needs no interpreter; 0 calls that off.
 
-    The end of a DDS participant may spin for ever with the interpreter locked (Fast DDS
-    issue 6513). Where the signal is somebody else's already, nothing is done.
+    What a node has in DDS may never end, with the interpreter locked. Where the signal
+    is somebody else's already, nothing is done.
     """
     if signal.getsignal(signal.SIGALRM) is signal.SIG_DFL:
         signal.setitimer(signal.ITIMER_REAL, seconds)

@@ -11,6 +11,7 @@ from importlib import import_module
 from types import ModuleType
 
 from ..base import errors, text, version
+from ..node.participant import finish
 from . import commands
 from .commands.terminal.arguments import REFUSED, CommandParser
 from .commands.terminal.running import INTERRUPTED
@@ -92,7 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     -------
     int
         Exit status: 0; 2 for a refused input; 130 after Ctrl-C; 1 for an internal
-        failure.
+        failure. Where a command has spoken DDS, the process ends with it at once.
     """
     prepare_streams()
     words = sys.argv[1:] if arguments is None else list(arguments)
@@ -108,7 +109,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
     options.ros_arguments = ros_arguments
     options.parser = top
-    return run_parsed(options)
+    return finish(run_parsed(options))
 
 
 def prepare_streams() -> None:

@@ -20,8 +20,10 @@ from ros_pose_stats_msgs.msg import JobEvent, PoseCounts
 from rosgraph_msgs.msg import Clock
 from shape_msgs.msg import Mesh
 
-from tests.running import is_gone, refusal
+from tests.answers import write_stl
+from tests.running import call_copy, call_here, is_gone, refusal
 
+from .harness import ending
 from .harness.bags import assert_readable_by_others, bags_of, ends, recorded
 from .harness.camera import counted, counting
 from .harness.cell import Health, MeshPublisher, cell_of, latched
@@ -34,7 +36,7 @@ from .harness.slow import builder_at_work, ellipsoid, standing
 
 @pytest.fixture
 def refused(domain, tmp_path):
-    """The line of a start that must be refused, in this process."""
+    """The line of a start that must be refused."""
     return lambda *settings: refusal(
         "node",
         "--ros-args",
@@ -115,9 +117,9 @@ def test_arguments_that_are_no_ros_arguments(refused):
         ("ros_pose_stats_msgs", "colcon build --base-paths . msg_defs"),
     ],
 )
-def test_without_ros_or_its_messages(refused, monkeypatch, missing, advice):
+def test_without_ros_or_its_messages(monkeypatch, missing, advice):
     monkeypatch.setitem(sys.modules, missing, None)
-    line = refused()
+    line = refusal("node", call=call_here)
     assert missing in line and advice in line and "make setup" in line
 
 
@@ -322,7 +324,11 @@ def ended(domain, tmp_path_factory):
     """
     folder = tmp_path_factory.mktemp("bags")
     outcomes = {}
-    with cell_of(domain, folder, "ended", refine_drops=LONG) as (node, client):
+    program = ("-m", ending.__name__, "node")
+    with cell_of(domain, folder, "leaving", refine_drops=LONG, program=program) as (
+        node,
+        client,
+    ):
         part_id = known_part(client)
         until(
             lambda: RUNNING in client.call("list_drop_simulations").state,
@@ -361,6 +367,7 @@ def ended(domain, tmp_path_factory):
         outcomes["goal"] = goal.result()[1]
         until(lambda: is_gone(builder), "the end of the builder")
         goals.close()
+        outcomes["remains"] = ending.read_remains(node.log.removesuffix("(end)"))
     return folder, outcomes
 
 
@@ -382,6 +389,42 @@ def test_jobs_are_cancelled_once_and_what_was_done_is_kept(ended):
         if answer.job_id == outcomes["running"] and answer.final
     ][-1]
     assert last.drops == endings[outcomes["running"]][0].drops_done > 0
+
+
+def assert_ends_with_its_process(remains):
+    """A participant is never taken down, but its memory is removed."""
+    assert remains["threads"] > 0 < remains["locks"]
+    assert remains["memory"] == []
+
+
+def test_its_participant_ends_with_the_process(ended):
+    assert_ends_with_its_process(ended[1]["remains"])
+
+
+@pytest.mark.parametrize(
+    ("words", "status"),
+    [
+        (("node", "--ros-args", "-p", "default_method:=guess"), 2),
+        (("publish", "{wedge}", "--seconds", 0, "--topic", "nobody/part_mesh"), 2),
+        (("publish", "{wedge}"), 0),
+        (("show",), 0),
+        (("show", "no such part"), 2),
+    ],
+)
+def test_participants_of_commands_end_with_their_processes(
+    cell, tmp_path, words, status
+):
+    wedge = write_stl(tmp_path / "wedge.stl", WEDGE)
+    words = [str(word).format(wedge=wedge) for word in words]
+    if "--ros-args" not in words:
+        words.append("--ros-args")
+    outcome = call_copy(
+        f"{ending.__name__}:main", *words, "-r", f"__ns:={ending.LEAVING}"
+    )
+    assert outcome.returncode == status, outcome
+    remains = ending.read_remains(outcome.stderr)
+    assert_ends_with_its_process(remains)
+    assert remains["nodes"] == []
 
 
 def test_whoever_waits_is_told(ended):

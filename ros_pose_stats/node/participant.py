@@ -1,0 +1,78 @@
+"""The DDS participant of a process of ours: it ends with the process, and at once.
+
+Where a participant is taken down, Fast DDS 2.14 now and then waits for ever with the
+interpreter locked (its issue 6513), or writes through broken pointers. A participant is
+there from the first ROS node of a process to its last. So the first one stays, and the
+process is left without tidying up.
+"""
+
+import os
+import re
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from ..base.errors import RequestError
+
+HIDDEN_NAME = "_ros_pose_stats"  # with an underscore, lists of nodes leave it out
+MEMORY_LOCK = re.compile(r"/dev/shm/fastrtps_[0-9a-f]{16}_el")
+
+_first_nodes: list[Any] = []  # of each context, never taken away
+
+
+def join_ros(arguments: Sequence[str] | None, example: str) -> None:
+    """Initialise ROS, whose signal handlers stay away, with a node that holds on to it.
+
+    `example`: arguments that rcl can read, for who gave others.
+    """
+    import rclpy
+    from rclpy import parameter, signals
+
+    try:
+        rclpy.init(
+            args=arguments, signal_handler_options=signals.SignalHandlerOptions.NO
+        )
+    except Exception as error:
+        # What rcl raises for arguments that it cannot parse has no base.
+        raise RequestError(
+            "ROS arguments that rcl can read", str(error).strip(), example
+        ) from error
+    _first_nodes.append(
+        rclpy.create_node(
+            HIDDEN_NAME,
+            use_global_arguments=False,
+            enable_rosout=False,
+            start_parameter_services=False,
+            parameter_overrides=[
+                parameter.Parameter("start_type_description_service", value=False)
+            ],
+        )
+    )
+
+
+def finish(status: int) -> int:
+    """End the process with this status if it has had a participant, else return it."""
+    if not _first_nodes:
+        return status
+    for stream in (sys.stdout, sys.stderr):
+        # Who read it may be gone, and nobody is left to hear of that.
+        with suppress(OSError, ValueError):
+            stream.flush()
+    _remove_shared_memory()
+    os._exit(status)
+
+
+def _remove_shared_memory() -> None:
+    """Remove the memory that Fast DDS shares with other processes, half a megabyte.
+
+    It does so itself only where a participant is taken down. Of the process's own one,
+    and of no other, the process has a lock file open.
+    """
+    for descriptor in Path("/proc/self/fd").glob("*"):
+        with suppress(FileNotFoundError):  # closed meanwhile, or removed
+            lock = descriptor.readlink()
+            if MEMORY_LOCK.fullmatch(str(lock)):
+                lock.with_name(lock.name.removesuffix("_el")).unlink()
+                lock.unlink()
