@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lab.bodies.random_polyhedra import RandomPolyhedron, random_polyhedron
 from ros_pose_stats.core.records import DropScene
-from ros_pose_stats.core.simulation.drop_body import PreparedBody, drop_body
+from ros_pose_stats.core.simulation.drop_body import PreparedBody, body_in_part_axes
 from ros_pose_stats.core.simulation.drops import (
     compute_drops,
     drop_rules,
@@ -217,7 +217,7 @@ def make_chunk(
         for number in range(first, first + count)
     ]
     scene = DropScene(cluster_tolerance=0.0, round_sides=0)
-    prepared = [drop_body(body.part(), scene) for body in bodies]
+    prepared = [body_in_part_axes(body.part(), scene) for body in bodies]
     counts = [
         _counts(spec, first + k, one, should_stop) for k, one in enumerate(prepared)
     ]

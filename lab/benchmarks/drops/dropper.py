@@ -61,9 +61,8 @@ class Dropper:
 
     def effort(self, rules: DropRules, seed: int, drops: int) -> Effort:
         """Mean cost of such drops."""
-        states = states_at_rest(
-            self.prepared, rules.height, random_starts(seed, 0, drops)
-        )
+        directions = self.prepared.frame_directions(random_starts(seed, 0, drops))
+        states = states_at_rest(self.prepared, rules.height, directions)
         outcome = np.empty((drops, 5), np.int64)
         measure = np.empty((drops, 2))
         run_drops(self.prepared.arrays, rules, states, outcome, measure, NO_TAPE)

@@ -12,6 +12,7 @@ from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_RESTITUTION,
     DEFAULT_ROUND_SIDES,
+    DEFAULT_SEED,
     real_number,
 )
 from ..resting.poses import poses_in
@@ -76,7 +77,7 @@ def auto(
     drops : int, optional
         The most, 1 to 1e9. Default: 10 million.
     seed : int, optional
-        As for `hybrid`; the default is the part's own.
+        As for `hybrid`; the default is 1, for every part.
     max_seconds : float
         Ends the drops, with a warning; the answer then depends on the speed of the
         machine. 0 for no limit.
@@ -115,7 +116,7 @@ def auto(
         return is_late
 
     if seed is None:
-        request = replace(request, seed=part.seed)
+        request = replace(request, seed=DEFAULT_SEED)
     statistics = answer_with_drops(
         estimate_in(part, scene, methods.AUTO),
         part,

@@ -130,11 +130,6 @@ class Part:
             object.__setattr__(self, "part_id", digest_name(self.digest))
 
     @property
-    def seed(self) -> int:
-        """Seed for drops that nobody gave one: equal parts have equal answers."""
-        return int(self.digest[:8], 16)
-
-    @property
     def is_open(self) -> bool:
         """Whether the convex hull stands in for the surface of an open mesh."""
         return any(warning.startswith("OPEN_MESH:") for warning in self.warnings)

@@ -20,6 +20,9 @@ from .thinning import FullRim, plan_sides
 
 TURN = 2.0 * np.pi
 SAME_ANGLE = 0.1  # angles this close, in sides, are one in the list of a group
+ABOUT = 1.0 + 1e-5
+"""Squared radii up to which an axis passes the centre of mass within a rim: the ends of
+a slot as long between them as they are wide lie just there, and must be taken alike."""
 
 
 class Stretch(NamedTuple):
@@ -61,7 +64,7 @@ def reshape(
             # radius, so that it has to be as fine as all others; else it is a fillet.
             can_roll = bool(
                 rim.kind == "round"
-                and (offset * offset).sum() < rim.radius * rim.radius
+                and (offset * offset).sum() < ABOUT * rim.radius * rim.radius
             )
             is_full = (
                 rim.is_closed and not rim.stays.any() and uses[rim.corner].max() == 1

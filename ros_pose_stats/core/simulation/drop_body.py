@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels.body.convex_body import build_body
+from ..kernels.body.own_frame import own_frame
 from ..kernels.drops import evolve, layout
 from ..kernels.principal_axes import principal_axes
 from ..mesh import vectors
@@ -32,19 +33,58 @@ THINNEST = 1e-12
 0."""
 
 
+POINT_BITS = 33
+TENSOR_BITS = 36
+DIRECTION_BITS = 46
+"""Binary digits to which corners, inertia and directions are rounded in the part's own
+frame.
+
+Turned copies of a part agree there to some 1e-15, and a drop makes a point of a share
+out of less: rounded, next to all of them agree to the last bit. A corner moves by 6e-11
+radii at most, well within `TOUCHING`.
+"""
+
+
 class PreparedBody(NamedTuple):
     """A convex body ready to be dropped."""
 
     resting: poses.RestingPoses  # the poses whose `index` numbers the outcomes
     arrays: layout.DropBody  # in principal axes
-    # (3, 3); principal axes as columns, part axes to principal by `vector @ axes`
-    axes: Array
+    # (3, 3); axes of the part's own as columns, in part axes: left-handed for one of
+    # two mirror images, so that both have the same drops
+    frame: Array
+    turn: Array  # (3, 3); principal axes as columns, in the axes of `frame`
     corner: Index  # (C,); hull point of each corner of `arrays`
+    is_rounded: bool  # whether values in the axes of `frame` are rounded
 
     @property
     def radius(self) -> float:
         """Largest distance from the centre of mass to a vertex, metres."""
         return self.resting.body.radius
+
+    @property
+    def axes(self) -> Array:
+        """Principal axes as columns (3, 3): from part axes by `vector @ axes`."""
+        return vectors.turn_vectors(self.frame, self.turn)
+
+    @property
+    def spin_axes(self) -> Array:
+        """The same for angular velocities, which a mirror turns the other way."""
+        return -self.axes if is_left_handed(self.frame) else self.axes
+
+    def frame_points(self, hull_points: Index) -> Array:
+        """Hull points (k, 3) in the axes of `frame`, in radii."""
+        return _in_frame(
+            self.resting.body.points[hull_points],
+            self.frame,
+            POINT_BITS if self.is_rounded else None,
+        )
+
+    def frame_directions(self, directions: Array) -> Array:
+        """Unit vectors (n, 3) in part axes in the axes of `frame`."""
+        return _in_frame(
+            directions, self.frame, DIRECTION_BITS if self.is_rounded else None
+        )
 
 
 def drop_body(part: Part, scene: DropScene) -> PreparedBody:
@@ -53,20 +93,73 @@ def drop_body(part: Part, scene: DropScene) -> PreparedBody:
     return part.prepare(_prepare, resting)
 
 
-def _prepare(part: Part, resting: poses.RestingPoses) -> PreparedBody:
+def body_in_part_axes(part: Part, scene: DropScene) -> PreparedBody:
+    """Prepare a part as it is filed, with its own axes and order, and not rounded."""
+    return _prepare(part, poses.poses_in(part, scene), np.eye(3))
+
+
+def is_left_handed(axes: Array) -> bool:
+    """Whether axes (3, 3), as columns, are those of a mirror image."""
+    x, y, z = axes.T
+    return float((vectors.cross(x, y) * z).sum()) < 0.0
+
+
+def _in_frame(values: Array, frame: Array, bits: int | None) -> Array:
+    """Vectors (n, 3) by their components along the axes of a frame."""
+    components = vectors.turn_vectors(values, frame)
+    return components if bits is None else round_to(components, 2.0**-bits)
+
+
+def round_to(values: Array, step: Array | float) -> Array:
+    """Multiples of a power of two, exactly."""
+    return np.asarray(np.rint(values / step) * step)
+
+
+def _own_frame(resting: poses.RestingPoses) -> Array:
+    arrays = resting.body.arrays
+    return own_frame(
+        arrays.normal,
+        arrays.distance,
+        arrays.area,
+        resting.equilibria.faces,
+        resting.inertia,
+    )
+
+
+def _prepare(
+    part: Part, resting: poses.RestingPoses, part_axes: Array | None = None
+) -> PreparedBody:
     body = resting.body
-    moment, axes = principal_axes(resting.inertia)
+    is_rounded = part_axes is None
+    frame = _own_frame(resting) if part_axes is None else part_axes
+    inertia = vectors.turn_vectors(
+        vectors.turn_vectors(frame.T, resting.inertia), frame
+    )
+    if is_rounded:
+        size = np.sqrt(np.diag(inertia))
+        # The power of two above the geometric mean of two moments.
+        steps = np.ldexp(1.0, np.frexp(size[:, None] * size)[1] - TENSOR_BITS)
+        inertia = round_to(inertia, steps)
+    moment, turn = principal_axes(inertia)
     moment = np.maximum(moment, THINNEST * moment[2])
+    axes = vectors.turn_vectors(frame, turn)
     used = np.unique(body.arrays.corner)
-    points = vectors.turn_vectors(body.points[used], axes)
+    places = _in_frame(body.points[used], frame, POINT_BITS if is_rounded else None)
+    if is_rounded:
+        # In an order that does not hang on that of the mesh, since it decides ties.
+        order = np.lexsort(places.T)
+        places = places[order]
+        used = used[order]
+    points = vectors.turn_vectors(places, turn)
     order, ball, ball_range = ball_tree(points)
     points = points[order]
     corner = used[order]
     corner_number = np.full(body.points.shape[0], -1, dtype=np.int64)
     corner_number[corner] = np.arange(corner.shape[0])
     x, y, z = np.ascontiguousarray(points.T)
-    neighbours = _find_neighbours(points)
-    sides = _find_sides(resting, corner_number)
+    # Rounded, faces are no longer flat.
+    neighbours = _find_neighbours(vectors.turn_vectors(body.points[corner], axes))
+    sides = _find_sides(resting, corner_number, is_left_handed(frame))
     rims = find_rolling_rims(resting, moment, axes, corner_number)
     arrays = layout.DropBody(
         x=x,
@@ -90,7 +183,7 @@ def _prepare(part: Part, resting: poses.RestingPoses) -> PreparedBody:
         rim=rims.rim,
         turn_limit=min(evolve.TURN, 2.0 * math.sqrt(LOW_CORNERS / corner.shape[0])),
     )
-    return PreparedBody(resting, arrays, axes, corner)
+    return PreparedBody(resting, arrays, frame, turn, corner, is_rounded)
 
 
 class Neighbours(NamedTuple):
@@ -137,16 +230,19 @@ class Sides(NamedTuple):
     right_pose: Index
 
 
-def _find_sides(resting: poses.RestingPoses, corner_number: Index) -> Sides:
+def _find_sides(
+    resting: poses.RestingPoses, corner_number: Index, is_mirrored: bool
+) -> Sides:
     arrays = resting.body.arrays
     pose_of_face = resting.pose_of_face
     begins = corner_number[arrays.corner]
     order = np.argsort(begins, kind="stable")
+    left = pose_of_face[arrays.face][order]
+    right = pose_of_face[arrays.face[arrays.twin]][order]
     return Sides(
         np.append(0, np.cumsum(np.bincount(begins))),
         begins[arrays.twin][order],
-        pose_of_face[arrays.face][order],
-        pose_of_face[arrays.face[arrays.twin]][order],
+        *((right, left) if is_mirrored else (left, right)),
     )
 
 

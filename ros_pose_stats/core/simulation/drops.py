@@ -7,7 +7,7 @@ import numpy as np
 
 from ..kernels.drops import drop, layout
 from ..kernels.elementary import sines_cosines
-from ..mesh.vectors import turn_vectors
+from ..mesh.vectors import lengths, turn_vectors
 from ..records import Array, DropScene, Index, Mask
 from ..records.scene import GRAVITY
 from ..tolerances import (
@@ -19,7 +19,7 @@ from ..tolerances import (
     TOUCHING,
     TRUNCATION,
 )
-from .drop_body import PreparedBody
+from .drop_body import DIRECTION_BITS, PreparedBody, round_to
 
 NO_TAPE: Array = np.zeros((0, layout.TAPE))
 
@@ -77,15 +77,44 @@ def compute_drops(
     body: PreparedBody, rules: layout.DropRules, downs: Array, tape: Array = NO_TAPE
 ) -> DropOutcomes:
     """Compute the drops from directions `downs` (n, 3) in the caller's thread."""
-    return compute_motions(body, rules, states_at_rest(body, rules.height, downs), tape)
+    directions = body.frame_directions(downs)
+    states = states_at_rest(body, rules.height, directions)
+    return compute_motions(body, rules, states, tape)
 
 
-def states_at_rest(body: PreparedBody, heights: float | Array, downs: Array) -> Array:
-    """States (n, 8) of a body at rest, in principal axes, by `downs` (n, 3); radii."""
-    states = np.zeros((downs.shape[0], layout.STATE))
-    states[:, layout.Z] = heights
-    states[:, layout.P : layout.P + 3] = -turn_vectors(downs, body.axes)
+def states_at_rest(
+    body: PreparedBody, heights: float | Array, directions: Array
+) -> Array:
+    """States (n, 8) of a body at rest, in principal axes and radii.
+
+    `directions` (n, 3): that point down, in the axes of the body's frame.
+    """
+    states = np.zeros((directions.shape[0], layout.STATE))
+    states[:, layout.Z] = round_length(heights) if body.is_rounded else heights
+    ups = -turn_vectors(directions, body.turn)
+    if body.is_rounded:
+        ups /= lengths(ups)[:, None]
+    states[:, layout.P : layout.P + 3] = ups
     return states
+
+
+LENGTH_BITS = 36
+
+
+def round_length(lengths_in_radii: float | Array) -> Array:
+    """Lengths in radii, rounded so that they are the same for a part in any unit."""
+    values = np.asarray(lengths_in_radii)
+    return round_to(values, np.ldexp(1.0, np.frexp(values)[1] - LENGTH_BITS))
+
+
+def release_directions(body: PreparedBody, seed: int, first: int, count: int) -> Array:
+    """Directions (count, 3) in part axes that point down at release, by a seed.
+
+    Those of `random_starts` in the frame of the part's own, so that turned, scaled and
+    mirrored copies of a part have the same drops.
+    """
+    starts = random_starts(seed, first, count)
+    return turn_vectors(round_to(starts, 2.0**-DIRECTION_BITS), body.frame.T)
 
 
 def compute_motions(

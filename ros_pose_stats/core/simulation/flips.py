@@ -35,6 +35,8 @@ KICKS = 13
 """Part radii, and how many between them: below the lowest hardly a part leaves its
 pose, above the highest most come to rest as if dropped."""
 
+SAME_DIRECTION = 2.0**-20  # to which directions are rounded before they are ordered
+
 
 def simulate_flips(
     part: Part,
@@ -236,8 +238,9 @@ def _count_outcomes(
     flip_counts = np.zeros(poses * (1 + poses), dtype=np.int64)
     flips_done = 0
     for outcomes in workers.outcomes_in_order():
-        end = flips_done + outcomes.pose.shape[0]
-        row = np.arange(flips_done, end) % poses
+        flips = outcomes.pose.shape[0]
+        end = flips_done + flips
+        row = kicks.poses(flips_done, flips)
         flip_counts += np.bincount(
             row * (1 + poses) + outcomes.pose + 1, minlength=flip_counts.shape[0]
         )
@@ -255,11 +258,16 @@ class Kicks:
 
     def __init__(self, body: drop_body.PreparedBody, height: float) -> None:
         self.body = body
-        self.height = height
+        self.height = drops.round_length(height)
         resting = body.resting
+        self.directions = drop_body.round_to(
+            turn_vectors(resting.downs, body.frame), 2.0**-drop_body.POINT_BITS
+        )
+        # Flips are numbered through the poses in an order that no turn changes.
+        self.order = np.lexsort(drop_body.round_to(self.directions, SAME_DIRECTION).T)
         rows: list[tuple[Array, ...]] = []
         for pose, face in enumerate(resting.faces.tolist()):
-            polygon = turn_vectors(resting.body.polygon(face), body.axes)
+            polygon = turn_vectors(_polygon_from_its_first(body, face), body.turn)
             first = polygon[1:-1] - polygon[0]
             second = polygon[2:] - polygon[0]
             cumulative_area = np.cumsum(lengths(np.cross(first, second)))
@@ -281,6 +289,11 @@ class Kicks:
             np.concatenate, zip(*rows, strict=True)
         )
 
+    def poses(self, first: int, count: int) -> Index:
+        """Poses (count,) out of which flips from `first` on are."""
+        numbers = np.arange(first, first + count) % self.order.shape[0]
+        return np.asarray(self.order[numbers])
+
     def states(self, seed: int, first: int, count: int) -> Array:
         """States (count, 8) just after kicks from `first` on, all poses in turn.
 
@@ -290,9 +303,9 @@ class Kicks:
         """
         resting = self.body.resting
         moment = self.body.arrays.moment
-        pose = np.arange(first, first + count) % len(resting.poses)
+        pose = self.poses(first, count)
         states = drops.states_at_rest(
-            self.body, resting.heights[pose], resting.downs[pose]
+            self.body, resting.heights[pose], self.directions[pose]
         )
         points = self._points(pose, drops.flip_draws(seed, first, count))
         arm = cross(points, states[:, P : P + 3])
@@ -313,8 +326,8 @@ class Kicks:
         )
         size = self.end[triangle] - self.begin[triangle]
         share = np.clip((pose + draws[:, 0] - self.begin[triangle]) / size, 0.0, 1.0)
-        outward_share = np.sqrt(share)[:, None]
-        side_share = draws[:, 1:]
+        side_share = share[:, None]
+        outward_share = np.sqrt(draws[:, 1:])
         return np.asarray(
             self.corner[triangle]
             + outward_share
@@ -323,3 +336,16 @@ class Kicks:
                 + side_share * self.second[triangle]
             )
         )
+
+
+def _polygon_from_its_first(body: drop_body.PreparedBody, face: int) -> Array:
+    """Corners (k, 3) of a face in the axes of the body's frame, counter-clockwise there.
+
+    They begin at one that neither the order of the mesh nor a turn changes.
+    """
+    arrays = body.resting.body.arrays
+    sides = slice(arrays.face_start[face], arrays.face_start[face + 1])
+    polygon = body.frame_points(arrays.corner[sides])
+    if drop_body.is_left_handed(body.frame):
+        polygon = polygon[::-1]
+    return np.roll(polygon, -int(np.lexsort(polygon.T)[0]), axis=0)

@@ -108,7 +108,7 @@ def record_scene_drop(
     body = drop_body.drop_body(part, scene)
     downs = request.starts
     if downs is None:
-        downs = drops.random_starts(request.seed, int(drop), 1)
+        downs = drops.release_directions(body, request.seed, int(drop), 1)
     tape, outcomes = _record_tape(body, scene, downs, to_rest)
     unit = math.sqrt(body.radius / GRAVITY)
     frame = 1.0 / FRAMES if interval is None else interval / unit
@@ -140,7 +140,7 @@ def record_scene_drop(
         heights=height * body.radius,
         velocities=velocity * body.radius / unit,
         up=turn_vectors(states[:, layout.P : layout.P + 3], body.axes.T),
-        angular_velocities=turn_vectors(spin, body.axes.T) / unit,
+        angular_velocities=turn_vectors(spin, body.spin_axes.T) / unit,
         orientations=turns,
         energies=energy * part.mass * GRAVITY * body.radius,
     )
@@ -172,7 +172,8 @@ def _read_events(
         vertex = int(row[layout.TAPE_VERTEX])
         up = state[layout.P : layout.P + 3]
         spin = state[layout.W : layout.W + 3] / unit
-        up, spin = turn_vectors(np.stack((up, spin)), body.axes.T)
+        up = turn_vectors(up[None], body.axes.T)[0]
+        spin = turn_vectors(spin[None], body.spin_axes.T)[0]
         events.append(
             DropEvent(
                 time=float(row[layout.TAPE_TIME]) * unit,
@@ -208,7 +209,7 @@ def _sample_motion(
             mode = int(row[layout.TAPE_MODE])
             evolve.sample_motion(
                 body.arrays.moment,
-                body.axes,
+                body.spin_axes,
                 mode if mode <= layout.EDGE else layout.FLIGHT,
                 _contact_of_row(body, row),
                 row[STATE_ON_TAPE].copy(),

@@ -19,7 +19,13 @@ from ..resting import poses, trust
 from ..statistics.prefix import Judge, Prefix, counted_shares, target_reached
 from .chunks import DropWorkers
 from .drop_body import drop_body
-from .drops import DropChunk, DropOutcomes, compute_drops, drop_rules, random_starts
+from .drops import (
+    DropChunk,
+    DropOutcomes,
+    compute_drops,
+    drop_rules,
+    release_directions,
+)
 from .request import (
     FEWEST_DROPS,
     UNWATCHED,
@@ -212,7 +218,7 @@ class _Simulation:
         request = self._request
         if request.starts is not None:
             return request.starts[first : first + count]
-        return random_starts(request.seed, first, count)
+        return release_directions(self._body, request.seed, first, count)
 
     def _statistics(self) -> PoseStatistics:
         """Statistics of the drops counted so far."""

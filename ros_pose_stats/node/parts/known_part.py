@@ -20,6 +20,7 @@ from ...core import records
 from ...core.estimators.estimate import estimate_in
 from ...core.planning import auto
 from ...core.records import Array, DropScene, Index, Part
+from ...core.records.scene import DEFAULT_SEED
 from ...core.simulation.request import Watch, drop_request
 from ..equipment import Equipment
 from ..memory import Memory
@@ -253,7 +254,7 @@ class KnownPart:
                 estimate_in(part, scene, methods.AUTO),
                 part,
                 scene,
-                drop_request(auto.MOST_DROPS, part.seed, 0.0, settings.threads()),
+                drop_request(auto.MOST_DROPS, DEFAULT_SEED, 0.0, settings.threads()),
                 Watch(None, lambda: lanes.is_closed, background=True),
             )
             if lanes.is_closed:

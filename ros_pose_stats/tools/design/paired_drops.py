@@ -101,13 +101,16 @@ class PairedDrops:
         )
 
     def _drop(self, variant: int, drops: int) -> Iterator[motions.DropOutcomes]:
+        first_body = drop_body.drop_body(self.parts[0], self.scene)
         body = drop_body.drop_body(self.parts[variant], self.scene)
         turn = self._turns[variant]
         rules = motions.drop_rules(self.scene, body.radius)
         begin = self._first_drop + self.drops
 
         def drop(first: int, count: int) -> motions.DropOutcomes:
-            starts = motions.random_starts(self.seed, begin + first, count)
+            starts = motions.release_directions(
+                first_body, self.seed, begin + first, count
+            )
             return motions.compute_drops(
                 body, rules, starts if turn is None else turn_vectors(starts, turn.T)
             )

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from lab.bodies import shapes
 from lab.bodies.samples import oblique_prism, random_polyhedron
 from ros_pose_stats import part_from_mesh, record_drop, resting_poses
-from tests.truth.drops.recorded import EXACT, GRAVITY, light
+from tests.truth.drops.recorded import EXACT, GRAVITY, as_dropped, light
 from tests.truth.reference.drop_solver import Body, reference_drop, released
 
 EVENTS = 5
@@ -73,9 +73,7 @@ def direction(seed):
 
 def scaled(part):
     """Points and inertia of a body of radius and mass one, and its radius."""
-    points = part.surface_vertices - part.center_of_mass
-    radius = np.linalg.norm(points, axis=1).max()
-    return points / radius, part.inertia / (part.mass * radius**2), radius
+    return *as_dropped(part), resting_poses(part, 0.0, 0).body.radius
 
 
 def whole_events(trajectory):

@@ -8,7 +8,13 @@ import pytest
 from lab.bodies import shapes
 from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import part_from_mesh, record_drop
-from tests.truth.drops.recorded import EXACT, impacts_of, recordings, with_corners
+from tests.truth.drops.recorded import (
+    AS_ROUNDED,
+    EXACT,
+    impacts_of,
+    recordings,
+    with_corners,
+)
 
 BIPYRAMID = part_from_mesh(
     *shapes.hull_mesh(np.vstack((np.diag((0.6, 0.5, 1.0)), -np.diag((0.6, 0.5, 1.0))))),
@@ -49,7 +55,7 @@ def test_vertical_bounces_of_a_ball(restitution):
     )
     times = 2.0 + np.concatenate(([0.0], np.cumsum(2.0 * np.array(speeds[1:]))))
     assert [corners.time(event) for event in arrivals] == pytest.approx(
-        times, abs=1e-12
+        times, abs=AS_ROUNDED
     )
 
 
@@ -86,9 +92,9 @@ def test_tipping_on_a_corner(start):
     end = np.arctan2(1.0, 0.6)
     assert previous_event.mode == "vertex"
     assert corners.time(arrival) == pytest.approx(
-        tipping_time(1.0, 0.25, start, end), abs=1e-10
+        tipping_time(1.0, 0.25, start, end), abs=AS_ROUNDED
     )
-    assert arrival.height == pytest.approx(np.cos(end), abs=1e-10)
+    assert arrival.height == pytest.approx(np.cos(end), abs=AS_ROUNDED)
 
 
 def test_tipping_on_an_edge():
@@ -103,8 +109,8 @@ def test_tipping_on_an_edge():
         np.hypot(corner[0], corner[2]), corners.moment[1, 1], end - 0.3, end
     )
     assert previous_event.mode == "edge"
-    assert corners.time(arrival) == pytest.approx(expected, abs=1e-10)
-    assert arrival.height == pytest.approx(1.0, abs=1e-10)
+    assert corners.time(arrival) == pytest.approx(expected, abs=AS_ROUNDED)
+    assert arrival.height == pytest.approx(1.0, abs=AS_ROUNDED)
 
 
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.8])

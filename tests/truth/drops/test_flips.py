@@ -11,7 +11,7 @@ from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import DropScene, part_from_mesh, simulate, simulate_flips
 from ros_pose_stats.core.simulation import flips
 from ros_pose_stats.core.simulation.drop_body import drop_body
-from tests.truth.drops.recorded import EXACT, SURE
+from tests.truth.drops.recorded import AS_ROUNDED, EXACT, SURE, as_dropped
 from tests.truth.reference.drop_solver import reference_flip
 
 
@@ -26,15 +26,14 @@ class Kicks:
     def __init__(self, part, height, seed, count):
         body = drop_body(part, DropScene(cluster_tolerance=0.0, round_sides=0))
         states = flips.Kicks(body, height).states(seed, 0, count)
-        self.poses = np.arange(count) % len(body.resting.poses)
+        self.poses = flips.Kicks(body, height).poses(0, count)
         self.radius = body.resting.body.radius
         self.resting = body.resting
-        self.points = (part.surface_vertices - part.center_of_mass) / self.radius
-        self.inertia = part.inertia / part.mass / self.radius**2
+        self.points, self.inertia = as_dropped(part)
         self.height = states[:, 0]
         self.velocity = states[:, 1]
         self.up = states[:, 2:5] @ body.axes.T
-        self.spin = states[:, 5:8] @ body.axes.T
+        self.spin = states[:, 5:8] @ body.spin_axes.T
 
     def at(self):
         """Points (n, 3) where the plate hits: I w = v (r x up), and r lies on the
@@ -48,13 +47,13 @@ def test_energy_and_no_spin_about_the_vertical():
     kicks = Kicks(part_from_mesh(*random_polyhedron(9, 6)), 0.4, 3, 2000)
     poses = kicks.resting.poses
     rested = np.array([pose.height for pose in poses])[kicks.poses] / kicks.radius
-    np.testing.assert_allclose(kicks.height, rested, rtol=1e-12)
+    np.testing.assert_allclose(kicks.height, rested, rtol=AS_ROUNDED)
     momentum = kicks.spin @ kicks.inertia
     energy = 0.5 * kicks.velocity**2 + 0.5 * (kicks.spin * momentum).sum(axis=1)
-    np.testing.assert_allclose(energy, 0.4, rtol=1e-12)
+    np.testing.assert_allclose(energy, 0.4, rtol=AS_ROUNDED)
     np.testing.assert_allclose((kicks.up * momentum).sum(axis=1), 0.0, atol=1e-12)
     np.testing.assert_allclose(
-        -kicks.up, np.array([pose.down for pose in poses])[kicks.poses], atol=1e-12
+        -kicks.up, np.array([pose.down for pose in poses])[kicks.poses], atol=AS_ROUNDED
     )
 
 
@@ -91,7 +90,7 @@ def test_points_are_uniform_on_the_contact_polygon():
         angle = np.arctan2(np.cross(spokes[0], spokes) @ pose.down, spokes @ spokes[0])
         mean, scatter = triangle_moments(corners[np.argsort(angle)])
         mine = points[kicks.poses == pose.index]
-        sigma = np.sqrt(np.diag(scatter).clip(0.0) / len(mine)) + 1e-12
+        sigma = np.sqrt(np.diag(scatter).clip(0.0) / len(mine)) + AS_ROUNDED
         assert (np.abs(mine.mean(axis=0) - mean) < 5.0 * sigma).all()
         # A variance of n uniform numbers is known to sqrt(0.8 / n) = 1.2 %.
         np.testing.assert_allclose(np.cov(mine.T), scatter, atol=0.05 * scatter.max())
@@ -111,7 +110,7 @@ def test_whole_flips_against_another_solver(restitution, kick):
     kicks = Kicks(part, kick, seed, len(simulate_flips(part, 0.0, 1, **EXACT).poses))
     flips = simulate_flips(part, kick * kicks.radius, 1, restitution, seed, **EXACT)
     downs = np.array([pose.down for pose in flips.poses])
-    for pose, point in enumerate(kicks.at()):
+    for pose, point in zip(kicks.poses, kicks.at(), strict=True):
         events = reference_flip(
             kicks.points, kicks.inertia, downs[pose], point, kick, restitution, 60
         )

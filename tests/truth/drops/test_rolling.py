@@ -70,7 +70,7 @@ def compare_facet_by_facet(part, drops, restitution, sides):
 @pytest.mark.parametrize(
     ("part", "drops", "restitution", "sides", "least"),
     [
-        (RING, 200, 0.5, 192, 20),
+        (RING, 200, 0.5, 192, 10),
         (COVER, 300, 0.5, 48, 3),
         (COVER, 300, 0.8, 48, 3),
         (SHAFT, 100, 0.5, 96, 2),

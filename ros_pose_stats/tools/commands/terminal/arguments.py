@@ -280,7 +280,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "type": read_count,
         "metavar": "S",
         "help": "the same seed gives the same counts (default: a fresh one, which the "
-        "answer names; `estimate` without a target error takes one of the part's own)",
+        "answer names; `estimate` without a target error takes 1)",
     },
     "--workers": {
         "type": read_count,
