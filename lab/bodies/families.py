@@ -27,6 +27,7 @@ from .convex import (
 )
 from .machined import machined
 from .milled import milled
+from .nuts import cap_nuts, nuts, springs
 from .random_polyhedra import random_polyhedron
 from .rocking import ROCKING
 from .slender import bars, near_cubes, sheets
@@ -51,6 +52,9 @@ MADE: dict[str, Maker] = {
     "stepped": stepped,
     "hollow": hollow,
     "gears": gears,
+    "nuts": nuts,
+    "cap nuts": cap_nuts,
+    "springs": springs,
     "flat balls": flat_balls,
     "cornered": cornered,
     "weighted": weighted,

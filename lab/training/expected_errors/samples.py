@@ -4,7 +4,7 @@ fit.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
@@ -54,12 +54,14 @@ class ErrorSamples(NamedTuple):
     poses: NDArray[np.int64]
 
 
-def error_samples(samples: Sequence[Sample]) -> dict[str, ErrorSamples]:
+def error_samples(
+    samples: Sequence[Sample], methods: Collection[str]
+) -> dict[str, ErrorSamples]:
     """Samples by the name of the method; a body takes some ten milliseconds."""
-    rows: dict[str, list[tuple[object, ...]]] = {name: [] for name in ESTIMATORS}
+    rows: dict[str, list[tuple[object, ...]]] = {name: [] for name in methods}
     answers_known = np.zeros((3, 0))
     of_body = None
-    for row, resting, scene, answers in answered(samples):
+    for row, resting, scene, answers in answered(samples, methods):
         if resting is not of_body:
             answers_known = reference_answers(resting)
             of_body = resting
@@ -84,14 +86,15 @@ def error_samples(samples: Sequence[Sample]) -> dict[str, ErrorSamples]:
 
 
 def answered(
-    samples: Sequence[Sample],
+    samples: Sequence[Sample], methods: Collection[str] = tuple(ESTIMATORS)
 ) -> Iterator[tuple[Sample, RestingPoses, DropScene, dict[str, Array]]]:
-    """Samples with poses, scene and the answers (P,) of all methods."""
+    """Samples with poses, scene and the answers (P,) of methods."""
+    entries = {name: ESTIMATORS[name] for name in methods}
     for key, scenes in groupby(samples, lambda row: row[:3]):
         resting = family_poses(key[0], family_part(*key))
         blind = {
             name: entry.function(resting, DropScene())
-            for name, entry in ESTIMATORS.items()
+            for name, entry in entries.items()
             if not entry.knows_scene
         }
         for row in scenes:
@@ -109,7 +112,7 @@ def answered(
                         name: blind[name]
                         if name in blind
                         else entry.function(resting, scene)
-                        for name, entry in ESTIMATORS.items()
+                        for name, entry in entries.items()
                     },
                 )
 

@@ -2,6 +2,8 @@
 
 python -m lab.training.split drops          counts the drops again (two hours; in parts)
 python -m lab.training.split fit --write    fits, and writes the weights
+python -m lab.training.split hold --families NAME ...
+    fits without some families, and sets the errors beside those of the weights there are
 
 `python -m lab.training.expected_errors` judges it on bodies that the fit has not seen.
 """
@@ -13,19 +15,22 @@ import sys
 from pathlib import Path
 from tempfile import gettempdir
 
-from .counting import count_all, join_parts
+from ros_pose_stats.core.estimators.fitted import SPLIT_FITS
+
+from .counting import BODIES, count_all, join_parts
 from .fit import fit_all, write_weights
+from .judge import errors_by_family, print_errors
 from .samples import read_samples, write_samples
 
 PARTS = Path(gettempdir()) / "pose_stats_drops"
 
 
 def main() -> None:
-    """Drop or fit."""
+    """Drop, fit, or fit without some families."""
     parser = argparse.ArgumentParser(
         prog="lab.training.split", description=__doc__.partition("\n")[0]
     )
-    parser.add_argument("step", choices=("drops", "fit"))
+    parser.add_argument("step", choices=("drops", "fit", "hold"))
     parser.add_argument("--write", action="store_true", help="write the weights")
     parser.add_argument(
         "--parts",
@@ -35,12 +40,33 @@ def main() -> None:
         "leaves (default: %(default)s)",
     )
     parser.add_argument(
+        "--families",
+        nargs="+",
+        choices=BODIES,
+        default=list(BODIES),
+        help="for `drops`: those to count, where the others stay as the file has them; "
+        "for `hold`: those that the fit does not see (default: all)",
+    )
+    parser.add_argument(
         "--workers", type=int, default=2, help="threads (default: %(default)s)"
     )
     options = parser.parse_args()
+    if options.step == "hold" and set(options.families) == set(BODIES):
+        parser.error("name the families that the fit is not to see")
     if options.step == "drops":
-        count_all(options.parts, options.workers, _print_progress)
-        write_samples(join_parts(options.parts))
+        families = options.families
+        count_all(options.parts, options.workers, _print_progress, families)
+        kept = read_samples() if set(families) != set(BODIES) else []
+        write_samples(join_parts(options.parts, families, kept))
+    elif options.step == "hold":
+        samples = read_samples()
+        fits = fit_all(
+            [row for row in samples if row.family not in options.families],
+            options.workers,
+        )
+        print_errors(
+            errors_by_family(samples, (SPLIT_FITS, fits)), ("shipped", "held out")
+        )
     else:
         fits = fit_all(read_samples(), options.workers)
         print(fits)

@@ -7,7 +7,7 @@ those that are there at any moment are of every kind.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
@@ -44,6 +44,9 @@ BODIES: dict[str, tuple[int, int]] = {
     "stepped": (670, 50),
     "hollow": (670, 50),
     "gears": (230, 30),
+    "nuts": (200, 20),
+    "cap nuts": (70, 10),
+    "springs": (12, 4),
     "flat balls": (10, 0),
     "cornered": (380, 30),
     "weighted": (520, 40),
@@ -69,7 +72,7 @@ HIGHEST_RESTITUTION = 0.99
 SELDOM = 0.08
 """Share of random scenes beyond `BOUNCY`, where drops take long."""
 
-SLOW = ("flat balls",)
+SLOW = ("flat balls", "springs")
 """Families that roll for long: some hundred drops a second."""
 
 IN_A_PART = 10
@@ -88,14 +91,15 @@ class Block(NamedTuple):
         return folder / f"{self.family}-{self.seed}-{self.first}.npz".replace(" ", "_")
 
 
-def blocks() -> list[Block]:
-    """All parts of the work, in turn from all families, the slow ones last."""
+def blocks(families: Collection[str]) -> list[Block]:
+    """All parts of the work, in turn from the families, the slow ones last."""
     ranked = [
         (
             (family in SLOW) + first / count,
             Block(family, seed, first, min(IN_A_PART, count - first)),
         )
         for family, numbers in BODIES.items()
+        if family in families
         for seed, count in zip((FIT_SEED, JUDGE_SEED), numbers, strict=True)
         for first in range(0, count, IN_A_PART)
     ]
@@ -103,7 +107,10 @@ def blocks() -> list[Block]:
 
 
 def count_all(
-    folder: Path, workers: int, on_progress: Callable[[int, int], object]
+    folder: Path,
+    workers: int,
+    on_progress: Callable[[int, int], object],
+    families: Collection[str],
 ) -> None:
     """Count the parts that are not in the folder yet; takes an hour or two in all.
 
@@ -115,9 +122,11 @@ def count_all(
         Threads.
     on_progress : callable
         Takes the number of parts that are there, and of all.
+    families : collection of str
+        Out of `BODIES`.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    all_blocks = blocks()
+    all_blocks = blocks(families)
     missing = [block for block in all_blocks if not block.file(folder).exists()]
     with ThreadPoolExecutor(workers) as pool:
         results = pool.map(lambda block: _count(block, folder), missing)
@@ -125,21 +134,35 @@ def count_all(
             on_progress(counted, len(all_blocks))
 
 
-def join_parts(folder: Path) -> list[Sample]:
-    """Samples of all parts, family by family.
+def join_parts(
+    folder: Path, families: Collection[str], samples: Sequence[Sample]
+) -> list[Sample]:
+    """Samples of all families: new ones of some, the others as they are.
+
+    Parameters
+    ----------
+    folder : Path
+    families : collection of str
+        Of which the folder has all parts.
+    samples : sequence of Sample
+        Of the other families.
 
     Raises
     ------
     FileNotFoundError
         If a part has not been counted.
     """
-    order = list(BODIES)
-    all_blocks = sorted(
-        blocks(), key=lambda block: (order.index(block.family), *block[1:])
-    )
-    return [
-        sample for block in all_blocks for sample in read_samples(block.file(folder))
+    kept = [sample for sample in samples if sample.family not in families]
+    counted = [
+        sample
+        for block in blocks(families)
+        for sample in read_samples(block.file(folder))
     ]
+    order = list(BODIES)
+    return sorted(
+        kept + counted,
+        key=lambda sample: (order.index(sample.family), sample.seed, sample.number),
+    )
 
 
 def _count(block: Block, folder: Path) -> None:

@@ -40,7 +40,11 @@ CURVE_GROWTH = 13.0
 (docs/decisions.md)."""
 
 
-def split(resting: RestingPoses, scene: DropScene) -> Array:
+def split(
+    resting: RestingPoses,
+    scene: DropScene,
+    fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS,
+) -> Array:
     """Probabilities (P,) from fitted weights of the components at each split.
 
     They are exact where symmetry decides, and continuous in the shape where the
@@ -51,7 +55,7 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
     tree = resting.equilibria.arrays.tree
     is_split = resting.clusters.split
     weight = np.zeros((tree.level.shape[0], 3))
-    weight[is_split] = component_weights(rows).reshape(-1, 3)
+    weight[is_split] = component_weights(rows, fits).reshape(-1, 3)
     probability = descend_splits(weight, kept_shares(resting), tree, is_split)
     curves = resting.curves[1]
     return published.normalize(

@@ -1,0 +1,63 @@
+"""Errors of split on families of bodies that a fit has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lab.bodies.families import family_options, family_part, family_poses
+from ros_pose_stats.core.estimators.fitted import SplitFit
+from ros_pose_stats.core.estimators.split import split
+from ros_pose_stats.core.records import DropScene
+
+from .samples import JUDGE_SEED, Sample
+from .table import is_usable
+
+Array = NDArray[np.float64]
+
+
+def errors_by_family(
+    samples: Sequence[Sample], all_fits: Sequence[Sequence[SplitFit]]
+) -> dict[str, Array]:
+    """Root mean square errors (n,) of n sets of fits, in points, by family.
+
+    Over the poses of the bodies for judging in all of their scenes, the noise of the
+    drops taken off.
+    """
+    squares: dict[str, Array] = {}
+    poses: dict[str, int] = {}
+    judging = (row for row in samples if row.seed == JUDGE_SEED and is_usable(row))
+    for (family, seed, number), scenes in groupby(judging, lambda row: row[:3]):
+        tolerance, sides = family_options(family)
+        resting = family_poses(family, family_part(family, seed, number))
+        for row in scenes:
+            scene = DropScene(
+                row.restitution, row.height * resting.body.radius, tolerance, sides
+            )
+            settled = int(row.count.sum())
+            share = row.count / settled
+            noise = float((share * (1.0 - share)).sum()) / (settled - 1)
+            away = [split(resting, scene, fits) - share for fits in all_fits]
+            squares[family] = (
+                squares.get(family, np.zeros(len(all_fits)))
+                + np.square(away).sum(axis=1)
+                - noise
+            )
+            poses[family] = poses.get(family, 0) + share.size
+    squares["all"] = np.sum(list(squares.values()), axis=0)
+    poses["all"] = sum(poses.values())
+    return {
+        family: 100.0 * np.sqrt(np.maximum(total / poses[family], 0.0))
+        for family, total in squares.items()
+    }
+
+
+def print_errors(errors: dict[str, Array], names: Sequence[str]) -> None:
+    """Print a table of errors, a family a row."""
+    print("| family |", " | ".join(names), "|")
+    print("| --- |", " | ".join("---:" for _ in names), "|")
+    for family, values in errors.items():
+        print(f"| {family} |", " | ".join(f"{value:.2f}" for value in values), "|")
