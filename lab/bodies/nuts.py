@@ -11,14 +11,12 @@ import math
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
 from ros_pose_stats.core.shapes.profiles import unit_circle
 
+from .shapes import lofted
 from .solids import Solid
 from .turned import _rings, _sides, disc
-
-Array = NDArray[np.float64]
 
 DEEPEST = 0.45
 """Share of the height that a chamfer takes at most."""
@@ -85,7 +83,7 @@ def springs(draw: Generator) -> list[Solid]:
             1.02 * 2.0 * wire / (2.0 * math.pi)
         )
     level = np.concatenate(([0.0], np.cumsum(slope[:-1] * np.diff(turn))))
-    section = wire * unit_circle(10)
+    section = wire * unit_circle(10)[::-1]  # as seen from the end of the coil
     outward = 1.0 + section[:, 0]
     rings = np.stack(
         (
@@ -98,7 +96,8 @@ def springs(draw: Generator) -> list[Solid]:
     if is_closed and draw.random() < 0.6:
         cut = wire * float(draw.uniform(0.5, 1.0))
         rings[:, :, 2] = np.clip(rings[:, :, 2], cut - wire, level[-1] + wire - cut)
-    return [_tube(rings)]
+    corners, triangles = lofted(rings, rings[[0, -1]].mean(axis=1))
+    return [Solid(corners, triangles=triangles)]
 
 
 def chamfered(
@@ -134,25 +133,3 @@ def chamfered(
                 np.column_stack((toward * radius[:, None], level + inward * depth))
             )
     return Solid(np.unique(np.vstack(rings), axis=0))
-
-
-def _tube(rings: Array) -> Solid:
-    """The surface over rings (n, k, 3) of points, closed at its ends."""
-    count, around = rings.shape[:2]
-    ring, place = np.indices((count - 1, around)).reshape(2, -1)
-    corner = ring * around + place
-    neighbour = ring * around + (place + 1) % around
-    caps = [
-        np.column_stack(
-            (np.zeros(around - 2), np.arange(1, around - 1), np.arange(2, around))
-        )
-    ]
-    caps.append(caps[0][:, ::-1] + (count - 1) * around)
-    triangles = np.vstack(
-        (
-            np.column_stack((corner, neighbour + around, neighbour)),
-            np.column_stack((corner, corner + around, neighbour + around)),
-            *caps,
-        )
-    )
-    return Solid(rings.reshape(-1, 3), triangles=triangles.astype(np.int64))

@@ -11,6 +11,10 @@ import pytest
 from lab.benchmarks.default_answer import holds, square_error
 from lab.benchmarks.program import write_pages
 from lab.bodies.families import FAMILIES, family_part, family_poses
+from lab.training.split import counting
+from lab.training.split.judge import errors_by_family
+from lab.training.split.samples import JUDGE_SEED, read_samples
+from ros_pose_stats.core.estimators.fitted import SPLIT_FITS
 from tests.running import ROOT, answer
 
 from .programs import lab
@@ -129,3 +133,26 @@ def test_bodies_of_every_family_are_rigid_and_the_same_again():
         low, middle, high = np.linalg.eigvalsh(parts[0].inertia)
         assert low > 0.0 and high <= (low + middle) * (1.0 + 1e-12)
         assert len(family_poses(family, parts[0]).poses) > 1
+
+
+def test_a_family_counted_anew_leaves_the_others_as_they_are(tmp_path, monkeypatch):
+    monkeypatch.setitem(counting.BODIES, "prisms", (2, 1))
+    stored = read_samples()
+    counting.count_all(tmp_path, 1, lambda *_: None, ["prisms"])
+    joined = counting.join_parts(tmp_path, ["prisms"], stored)
+    families = [row.family for row in joined]
+    assert sorted(families, key=list(counting.BODIES).index) == families
+    others = [
+        [row for row in rows if row.family != "prisms"] for rows in (joined, stored)
+    ]
+    assert [row[:6] for row in others[0]] == [row[:6] for row in others[1]]
+    prisms = {row[1:3] for row in joined if row.family == "prisms"}
+    assert prisms == {(11, 0), (11, 1), (JUDGE_SEED, 0)}
+
+
+def test_errors_of_a_family_are_those_of_its_bodies_for_judging():
+    rows = [row for row in read_samples() if row.family == "nuts" and row.number < 3]
+    errors = errors_by_family(rows, (SPLIT_FITS, SPLIT_FITS[:1]))
+    assert list(errors) == ["nuts", "all"]
+    assert np.array_equal(errors["nuts"], errors["all"])
+    assert 0.3 < errors["nuts"][0] < 4.0 and errors["nuts"][0] != errors["nuts"][1]

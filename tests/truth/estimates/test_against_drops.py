@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from lab.bodies import shapes
+from lab.bodies.families import family_part
 from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import estimate, hybrid, part_from_mesh, shift_center, simulate
 from tests.answers import by_index
@@ -66,6 +67,27 @@ def test_the_expected_error_is_about_the_true_one(compared, method):
     """Over 48 parts a mean square is known to some 40 %, its root to half of that."""
     rows = compared[method]
     assert 1.0 / 1.5 < rms(rows) / rms(rows, 1) < 1.5
+
+
+def test_nuts_err_as_expected():
+    """Chamfered ones of other series than those of the fit, which tilt over arcs.
+
+    Over 24 parts a mean square is known to some 60 %, its root to a third.
+    """
+    squares = {"true": [], "expected": [], "combined": []}
+    for number in range(24):
+        part = family_part("nuts", 91, number)
+        scene = {"restitution": (0.2, 0.5, 0.8)[number % 3]}
+        true = by_index(simulate(part, DROPS, seed=number, **scene))
+        noise = np.mean(true * (1.0 - true)) / DROPS
+        statistics = estimate(part, "split", **scene)
+        squares["true"].append(np.mean((by_index(statistics) - true) ** 2) - noise)
+        squares["expected"].append(statistics.expected_error**2)
+        combined = by_index(estimate(part, "combined", **scene))
+        squares["combined"].append(np.mean((combined - true) ** 2) - noise)
+    error = {name: math.sqrt(np.mean(values)) for name, values in squares.items()}
+    assert 1.0 / 1.5 < error["true"] / error["expected"] < 1.5
+    assert error["true"] < 0.5 * error["combined"]
 
 
 @pytest.mark.parametrize("method", ["split", "meae", "hybrid", "simulation"])
@@ -137,7 +159,7 @@ def test_parts_rest_where_they_rock_to(make):
         by_index(answer)
         for answer in (
             estimate(part, "split", **scene),
-            simulate(part, 300, seed=1, **scene),
+            simulate(part, 1000, seed=1, **scene),
         )
     )
     assert estimated == pytest.approx(dropped, abs=0.06)
@@ -146,12 +168,9 @@ def test_parts_rest_where_they_rock_to(make):
 @pytest.mark.parametrize("make", [lopsided, half_cylinder])
 def test_the_bound_of_parts_that_roll_and_rock_holds_what_drops_show(make):
     part = make()
-    scene = {"restitution": 0.5 if make is lopsided else 0.2}
-    estimated = estimate(part, "split", **scene)
-    away = np.abs(
-        by_index(estimated) - by_index(simulate(part, 200, seed=1, **scene))
-    ).max()
-    assert 0.15 < away < estimated.largest_error
+    estimated = estimate(part, "split")
+    away = np.abs(by_index(estimated) - by_index(simulate(part, 200, seed=1))).max()
+    assert 0.1 < away < estimated.largest_error
 
 
 def test_a_disc_thinner_than_the_facets_of_its_rim_does_not_roll():
