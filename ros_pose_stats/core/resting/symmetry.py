@@ -11,18 +11,32 @@ in doubt, poses stay separate.
 """
 
 from collections.abc import Callable, Iterator
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels.features.surface_features import AREA, NORMAL, first_stray, surface_of
+from ..kernels.features.motions import (
+    SAME_PLACE,
+    Planes,
+    candidate_motions,
+    fit_motion,
+)
+from ..kernels.features.surface_features import (
+    AREA,
+    NORMAL,
+    SMALLEST_AREA,
+    first_stray,
+    surface_of,
+)
 from ..kernels.mesh import connections
 from ..kernels.principal_axes import is_kept
-from ..mesh.vectors import cross, lengths
-from ..records import Array, Index, Part
+from ..mesh.vectors import lengths
+from ..records import Array, Index, Mask, Part
 from ..tolerances import COPLANAR, SYMMETRY
 from .convex_body import ConvexBody
 from .equilibria import Clusters, Equilibria
+from .threads import Thread, find_thread
 
 MOST_EFFORT = 2**21
 """Most samples compared on one part, in about a second. Where more would be needed the
@@ -32,22 +46,20 @@ MOST_FACES = 4096
 """Most stable faces that are compared; a finely tessellated ball has more and needs no
 groups."""
 
-LARGEST = 32
-"""Faces of the hull, the largest, of which two are followed."""
-
 MOST_LIKE = 24
 """Faces like one of these that are tried, or as many as there are poses: of the facets
 of a round surface any will do."""
 
-SAME_PLACE = 5e-3
-"""Differences of distances, in radii, cosines, and areas, as a share, of like faces."""
-
-UPRIGHT_COSINE = 0.9
-"""Cosine of the angle of two planes from which on both do not tell a motion."""
+ROUNDED = 1e-7
+"""Difference of motions by rounded coordinates; below it another is not worth a try."""
 
 SAME_DIRECTION = 0.1
 """Angle within which a motion takes the face of one pose to that of another, radians;
 facets of a round surface are up to 0.4 apart."""
+
+NEAR = 0.05
+"""How far a motion may take corners off the hull, in radii, if the surface is still to
+be tried: as much as the depth of a thread that ends on it."""
 
 OVERHEAD = 64  # cost of setting up one comparison, in samples compared
 
@@ -55,8 +67,14 @@ PROBES = 12
 """Samples that a candidate must match before the whole surface is compared: of the
 largest regions, and those that refuted earlier candidates."""
 
-_ALL = np.empty(0, dtype=np.int64)
-_NO_SHIFT = np.zeros(3)
+MOST_AXES = 4
+"""Axes about which a thread is looked for."""
+
+INERTIA_SLACK = 4.0
+"""Share of the trace of the inertia by which it may be off where the centre of mass is,
+by one radius: what makes that lies at most so far out, beside that radius squared."""
+
+NO_SHIFT = np.zeros(3)
 
 
 class PoseSymmetry(NamedTuple):
@@ -73,6 +91,10 @@ class Motions(NamedTuple):
     matrices: Array  # (C, 3, 3)
     images: Index  # (C, P)
 
+    def pick(self, chosen: Mask) -> "Motions":
+        """Some of them."""
+        return Motions(self.matrices[chosen], self.images[chosen])
+
 
 def separate_poses(poses: int) -> PoseSymmetry:
     """No two of the poses are alike."""
@@ -88,37 +110,114 @@ def find_symmetry(
 ) -> PoseSymmetry:
     """Find groups and units of the poses."""
     poses = len(clusters.lowest_face)
-    separate = separate_poses(poses)
-    identity = separate.group
     heights = np.sort(equilibria.heights[clusters.lowest_face])
+    symmetry = separate_poses(poses)
     if (
         poses == 1
         or equilibria.order.shape[0] > MOST_FACES
-        or np.diff(heights).min() > SYMMETRY
+        or np.diff(heights).min() > SAME_PLACE
     ):
-        return separate
-    matrices = candidate_motions(equilibria.body, max(MOST_LIKE, poses))
-    motions = _exchanging(matrices, equilibria, clusters, part)
-    if not len(motions.matrices):
-        return separate
-    hull = hull_trial(part, equilibria.body)
-    images: list[Index] = [identity]
-    group = identity
-    for image, matrices in _by_image(motions):
-        is_symmetry = False
-        for matrix in matrices:
-            # What carries the surface carries its hull, though facets may hide it.
-            if (
-                np.linalg.det(matrix) > 0.0
-                and (group[image] != group).any()
-                and surface().holds(matrix)
+        return symmetry
+    search = _Search(part, equilibria, clusters, surface)
+    if np.diff(heights).min() <= SYMMETRY:
+        symmetry = search.join(symmetry, SYMMETRY)
+    # Mirror images as high to the last digit are no rotated ones but for rounding.
+    first = np.unique(symmetry.unit, return_index=True)[1]
+    heights = np.sort(equilibria.heights[clusters.lowest_face[first]])
+    if np.diff(heights).min(initial=1.0) <= SAME_PLACE:
+        symmetry = search.join(symmetry, SAME_PLACE)
+    return symmetry
+
+
+class _Search:
+    """Motions of one part that are still to be tried."""
+
+    def __init__(
+        self,
+        part: Part,
+        equilibria: Equilibria,
+        clusters: Clusters,
+        surface: "Callable[[], SurfaceTrial]",
+    ) -> None:
+        self.part = part
+        self.equilibria = equilibria
+        self.clusters = clusters
+        self.surface = surface
+        most_like = max(MOST_LIKE, len(clusters.lowest_face))
+        self.hull = hull_trial(part, equilibria.body)
+        self.candidates = candidate_motions(self.hull.planes, most_like)
+
+    def join(self, symmetry: PoseSymmetry, tolerance: float) -> PoseSymmetry:
+        """Take poses together that motions exchange.
+
+        `tolerance`: how far heights may be apart. Above `SYMMETRY` the centre of mass
+        may be off its place by what the division of curves and a thread's end make.
+        """
+        motions = _exchanging(
+            self.candidates, self.equilibria, self.clusters, self.part, tolerance
+        )
+        group = symmetry.group
+        slack = 0.0
+        if tolerance > SYMMETRY:
+            motions = motions.pick((group[motions.images] != group).any(axis=1))
+            is_near = [self.hull.is_near(matrix) for matrix in motions.matrices]
+            motions = motions.pick(np.array(is_near, dtype=np.bool_))
+            slack = self._slack_of(motions.matrices)
+            if not slack:
+                return symmetry
+        images = list(symmetry.images)
+        taken = {image.tobytes() for image in images}
+        for image, matrices in _by_image(motions):
+            is_symmetry = image.tobytes() in taken
+            for matrix in matrices:
+                joins = (group[image] != group).any() and np.linalg.det(matrix) > 0.0
+                if is_symmetry and not joins:
+                    continue
+                carries_hull = self._holds(self.hull, matrix, slack)
+                is_symmetry = is_symmetry or carries_hull
+                # What carries the surface carries its hull, though facets may hide it.
+                if (
+                    joins
+                    and (carries_hull or self.hull.is_near(matrix))
+                    and self._holds(self.surface(), matrix, slack)
+                ):
+                    group = _orbits([image], group)
+                    is_symmetry = True
+            if is_symmetry and image.tobytes() not in taken:
+                images.append(image)
+        return PoseSymmetry(group, _orbits(images), np.array(images))
+
+    def _holds(self, trial: "SurfaceTrial", matrix: Array, slack: float) -> bool:
+        """Whether a motion or the one that fits best nearby carries the surface."""
+        if not slack and trial.holds(matrix):
+            return True
+        motion, shift = fit_motion(self.hull.planes, matrix)
+        if slack:
+            return trial.holds(motion, shift, slack)
+        return np.abs(motion - matrix).max() > ROUNDED and trial.holds(motion)
+
+    def _slack_of(self, matrices: Array) -> float:
+        """How far the centre of mass may be off its place; threads are left out.
+
+        `matrices` (C, 3, 3): motions of the hull, about whose axes a thread may wind.
+        """
+        if not len(matrices):
+            return 0.0
+        surface = self.surface()
+        axes: list[Array] = []
+        for matrix in matrices[np.linalg.det(matrices) > 0.0]:
+            axis = axis_of(matrix)
+            if len(axes) < MOST_AXES and all(
+                abs(axis @ other) < 1.0 - SAME_PLACE for other in axes
             ):
-                group = _orbits(poses, [image], group)
-                is_symmetry = True
-            is_symmetry = is_symmetry or hull.holds(matrix)
-        if is_symmetry:
-            images.append(image)
-    return PoseSymmetry(group, _orbits(poses, images), np.array(images))
+                axes.append(axis)
+                shift = fit_motion(self.hull.planes, matrix)[1]
+                center = np.linalg.pinv(np.eye(3) - matrix, SAME_PLACE) @ shift
+                thread = find_thread(surface.surface, axis, center)
+                if thread is not None:
+                    surface.leave_out(thread)
+                    break
+        return surface.mass_slack
 
 
 def pair_orbits(images: Index) -> Index:
@@ -132,8 +231,9 @@ def pair_orbits(images: Index) -> Index:
     return connections.component_labels(poses * poses, links).reshape(poses, poses)
 
 
-def _orbits(poses: int, images: list[Index], labels: Index | None = None) -> Index:
+def _orbits(images: list[Index], labels: Index | None = None) -> Index:
     """Number (P,) of each pose's orbit, by their first pose; `labels`: joined before."""
+    poses = len(images[0])
     links = [np.column_stack((np.arange(poses), image)) for image in images]
     if labels is not None:
         first = np.unique(labels, return_index=True)[1]
@@ -143,69 +243,34 @@ def _orbits(poses: int, images: list[Index], labels: Index | None = None) -> Ind
 
 def _by_image(motions: Motions) -> Iterator[tuple[Index, Array]]:
     """Where motions take the poses, but for the identity, and those that do so."""
-    images, kind = np.unique(motions.images, axis=0, return_inverse=True)
-    kind = kind.reshape(-1)
-    for number, image in enumerate(images):
-        if not np.array_equal(image, np.arange(len(image))):
-            yield image, motions.matrices[kind == number]
+    numbers: dict[bytes, list[int]] = {}
+    for k, image in enumerate(motions.images):
+        numbers.setdefault(image.tobytes(), []).append(k)
+    numbers.pop(np.arange(motions.images.shape[1]).tobytes(), None)
+    for alike in numbers.values():
+        yield motions.images[alike[0]], motions.matrices[alike]
 
 
-def candidate_motions(body: ConvexBody, most_like: int) -> Array:
-    """Motions (C, 3, 3) that take two faces of a body to two like ones.
-
-    The first is one of the largest that few are like. Of the others across it two are
-    taken, one by one: another such, and one of those that make most of the surface, for
-    uneven facets of a curve may be like nothing else.
-    """
-    normal = body.arrays.normal
-    area = body.arrays.area
-    largest = np.argsort(-area, kind="stable")
-    first = _like_faces(body, largest[:LARGEST], most_like)[0]
-    is_across = np.abs(normal[largest] @ normal[first[0]]) < UPRIGHT_COSINE
-    if not is_across.any():
-        return np.empty((0, 3, 3))
-    motions = []
-    for second in _like_faces(body, largest[is_across][:LARGEST], 4 * most_like):
-        cosine = normal[first[0]] @ normal[second[0]]
-        gap = np.abs(normal[first] @ normal[second].T - cosine)
-        pairs = np.argwhere(gap <= SAME_PLACE)
-        frames = _frames(normal[first[pairs[:, 0]]], normal[second[pairs[:, 1]]])
-        mirrored = frames * np.array((1.0, 1.0, -1.0))[:, None]
-        for images in (frames, mirrored):
-            motions.append(images.transpose(0, 2, 1) @ frames[0])
-    return np.concatenate(motions)
-
-
-def _like_faces(body: ConvexBody, faces: Index, most: int) -> list[Index]:
-    """One of some faces, and those that are like it: which few and which many are."""
-    distance = body.arrays.distance
-    area = body.arrays.area
-    difference = np.abs(distance[faces, None] - distance)
-    difference += np.abs(area[faces, None] / area - 1.0)
-    difference[np.arange(len(faces)), faces] = -1.0  # each comes first itself
-    number_alike = (difference <= SAME_PLACE).sum(axis=1)
-    rarest = int(number_alike.argmin())
-    broadest = int((number_alike * area[faces]).argmax())
-    return [
-        np.argsort(difference[k], kind="stable")[: min(number_alike[k], most)]
-        for k in dict.fromkeys((rarest, broadest))
-    ]
-
-
-def _frames(first: Array, second: Array) -> Array:
-    """Right-handed axes (C, 3, 3) as rows, from normals (C, 3) of two planes."""
-    third = cross(first, second)
-    third /= lengths(third)[:, None]
-    return np.stack((first, cross(third, first), third), axis=1)
+def axis_of(rotation: Array) -> Array:
+    """Axis of a rotation but the identity: the vector that it keeps."""
+    # R + R' - (trace - 1) 1 is (3 - trace) times the projection on the axis.
+    doubled = rotation + rotation.T - (np.trace(rotation) - 1.0) * np.eye(3)
+    column: Array = doubled[:, np.diagonal(doubled).argmax()]
+    axis: Array = column / np.sqrt((column * column).sum())
+    return axis
 
 
 def _exchanging(
-    matrices: Array, equilibria: Equilibria, clusters: Clusters, part: Part
+    matrices: Array,
+    equilibria: Equilibria,
+    clusters: Clusters,
+    part: Part,
+    tolerance: float,
 ) -> Motions:
     """Motions that keep the inertia and take poses to poses as high."""
     scale = float(np.trace(part.inertia))
     turned = matrices @ part.inertia @ matrices.transpose(0, 2, 1)
-    keeps = np.abs(turned - part.inertia).max(axis=(1, 2)) <= SYMMETRY * scale
+    keeps = np.abs(turned - part.inertia).max(axis=(1, 2)) <= tolerance * scale
     matrices = matrices[keeps]
     lowest = clusters.lowest_face
     supports = np.flatnonzero(clusters.is_support)
@@ -213,7 +278,7 @@ def _exchanging(
     cosines = images @ equilibria.downs[supports].T
     image = clusters.pose[supports][cosines.argmax(axis=2)]
     heights = equilibria.heights[lowest]
-    fits = (np.abs(heights[image] - heights) <= SYMMETRY).all(axis=1)
+    fits = (np.abs(heights[image] - heights) <= tolerance).all(axis=1)
     faces = np.bincount(clusters.pose[supports])
     reach = np.where(faces > 1, 0.5, 1.0 - np.cos(SAME_DIRECTION))
     fits &= (1.0 - cosines.max(axis=2) <= reach[image]).all(axis=1)
@@ -230,8 +295,32 @@ class SurfaceTrial:
         self.tolerance = max(SYMMETRY, flatness)
         self.surface = surface_of(points, triangles, flatness, self.tolerance)
         self.inertia = inertia
-        self.probes = list(range(min(PROBES, len(self.surface.sample))))
+        self.solid: Index = np.arange(len(self.surface.sample))  # what is compared
+        self.probes = list(range(min(PROBES, len(self.solid))))
         self.effort = 0
+        regions = self.surface.regions
+        rise = (regions[:, :3] * regions[:, NORMAL : NORMAL + 3]).sum(axis=1)
+        self.volume = float((rise * regions[:, AREA]).sum()) / 3.0
+        reach = lengths(regions[:, :3]) * regions[:, AREA]
+        # How far the centre of mass is off at most for the division of curves: as if
+        # one half were outside of them, and the other on them.
+        self.mass_slack = 0.25 * float((self.surface.slack * reach).sum()) / self.volume
+
+    @cached_property
+    def planes(self) -> Planes:
+        """Its planar regions."""
+        order = np.argsort(-self.surface.regions[:, AREA], kind="stable")
+        regions = self.surface.regions[order]
+        regions = regions[regions[:, AREA] > SMALLEST_AREA]
+        normal = np.ascontiguousarray(regions[:, NORMAL : NORMAL + 3])
+        distance = (regions[:, :3] * normal).sum(axis=1)
+        return Planes(normal, distance, regions[:, AREA].copy())
+
+    def leave_out(self, thread: "Thread") -> None:
+        """Take a thread for the surface that it winds on."""
+        self.solid = np.flatnonzero(~thread.on_thread)
+        self.probes = self.solid[:PROBES].tolist()
+        self.mass_slack += thread.moment / self.volume
 
     def is_turned(self, axis: Array) -> bool:
         """Whether all regions face the axis or away from it, as of a turned part."""
@@ -241,46 +330,63 @@ class SurfaceTrial:
         across = (np.cross(centroid, normal) * axis).sum(axis=1)
         return bool((np.abs(across) * size < SYMMETRY).all())
 
-    def holds(self, motion: Array) -> bool:
-        """Whether a rotation or reflection carries surface and inertia into themselves."""
-        if self.effort > MOST_EFFORT or not is_kept(self.inertia, motion, SYMMETRY):
+    def holds(
+        self, motion: Array, shift: Array = NO_SHIFT, mass_slack: float = 0.0
+    ) -> bool:
+        """Whether a motion, then a shift, carry surface and inertia into themselves.
+
+        `mass_slack`: most that the shift may be, radii.
+        """
+        slack = SYMMETRY + mass_slack
+        if (
+            self.effort > MOST_EFFORT
+            or (shift * shift).sum() > slack * slack
+            or not is_kept(self.inertia, motion, SYMMETRY + INERTIA_SLACK * mass_slack)
+        ):
             return False
         motion = np.ascontiguousarray(motion)
-        if self._first_stray(motion, np.array(self.probes, dtype=np.int64)) >= 0:
+        probes = np.array(self.probes, dtype=np.int64)
+        if self._first_stray(motion, shift, probes) >= 0:
             return False
-        stray = self._first_stray(motion, _ALL)
+        stray = self._first_stray(motion, shift, self.solid)
         if stray >= 0:
             self.probes = [stray, *self.probes][: 2 * PROBES]
         return stray < 0
 
-    def _first_stray(self, motion: Array, chosen: Index) -> int:
-        self.effort += OVERHEAD + (len(chosen) or len(self.surface.sample))
-        return first_stray(self.surface, motion, _NO_SHIFT, chosen, self.tolerance)
+    def is_near(self, motion: Array) -> bool:
+        """Whether a motion takes corners to places near the surface."""
+        corners = np.flatnonzero(self.surface.sample < 0)
+        self.effort += OVERHEAD + len(corners)
+        matrix = np.ascontiguousarray(motion)
+        return first_stray(self.surface, matrix, NO_SHIFT, corners, NEAR) < 0
+
+    def _first_stray(self, motion: Array, shift: Array, chosen: Index) -> int:
+        self.effort += OVERHEAD + len(chosen)
+        return first_stray(self.surface, motion, shift, chosen, self.tolerance)
 
 
 def surface_trial(part: Part, body: ConvexBody) -> SurfaceTrial:
     """The whole surface of a part."""
-    # Wider than for the hull, but a tenth of the thickness at most: both sides of a
-    # plate.
-    flatness = min(max(COPLANAR, body.tolerance), 100.0 * body.tolerance or COPLANAR)
     points = (part.surface_vertices - part.center_of_mass) / body.radius
-    return SurfaceTrial(points, part.surface_triangles, part.inertia, flatness)
+    return SurfaceTrial(points, part.surface_triangles, part.inertia, _flatness(body))
 
 
 def hull_trial(part: Part, body: ConvexBody) -> SurfaceTrial:
     """The convex body that is dropped."""
     arrays = body.arrays
-    size = np.diff(arrays.face_start)
-    side = np.arange(len(arrays.corner))
-    inner = side[(arrays.face_start[:-1][arrays.face] != side)]
-    inner = inner[inner + 1 < arrays.face_start[arrays.face[inner] + 1]]
-    triangles = np.stack(
-        (
-            arrays.corner[arrays.face_start[arrays.face[inner]]],
-            arrays.corner[inner],
-            arrays.corner[inner + 1],
-        ),
-        axis=1,
+    first = arrays.face_start[arrays.face]
+    side = np.arange(len(first))
+    inner = side[(side > first) & (side + 1 < arrays.face_start[arrays.face + 1])]
+    triangles = np.stack((first[inner], inner, inner + 1), axis=1)
+    return SurfaceTrial(
+        body.points, arrays.corner[triangles], part.inertia, _flatness(body)
     )
-    assert len(triangles) == int((size - 2).sum())
-    return SurfaceTrial(body.points, triangles, part.inertia, body.tolerance)
+
+
+def _flatness(body: ConvexBody) -> float:
+    """How far corners of a plane may be off it.
+
+    Wider than for the faces that a part stands on, but a tenth of the thickness at
+    most: both sides of a plate.
+    """
+    return min(max(SYMMETRY, body.tolerance), 100.0 * body.tolerance or COPLANAR)

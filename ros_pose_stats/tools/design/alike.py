@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.spatial.distance import cdist
 
+from ...core.kernels.features.motions import candidate_motions
 from ...core.records import Array, Index, Mask
 from ...core.resting import symmetry
 from . import changes
@@ -95,7 +96,8 @@ def proper_rotations(space: changes.DesignSpace) -> Array:
         return identity[None]
     trial = symmetry.surface_trial(space.part, equilibria.body)
     rotations = [identity]
-    for motion in symmetry.candidate_motions(equilibria.body, equilibria.body.faces):
+    planes = symmetry.hull_trial(space.part, equilibria.body).planes
+    for motion in candidate_motions(planes, len(planes.area)):
         is_new = all(np.abs(motion - other).max() > SAME_MOTION for other in rotations)
         if np.linalg.det(motion) > 0.0 and is_new and trial.holds(motion):
             rotations.append(motion)

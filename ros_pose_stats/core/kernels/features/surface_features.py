@@ -297,15 +297,12 @@ def first_stray(
     chosen: FixedIndex1,
     tolerance: float,
 ) -> int:
-    """First sample that a motion takes off the surface, or -1.
+    """First of the chosen samples that a motion takes off the surface, or -1.
 
-    `motion` (3, 3): a rotation or reflection; `shift` (3,): what follows it; `chosen`:
-    samples that are looked at, none for all of them.
+    `motion` (3, 3): a rotation or reflection; `shift` (3,): what follows it.
     """
     offset = read_vector(shift, 0)
-    count = chosen.shape[0] if chosen.shape[0] > 0 else surface.sample.shape[0]
-    for m in range(count):
-        i = chosen[m] if chosen.shape[0] > 0 else m
+    for i in chosen:
         t = surface.sample[i]
         if t < 0:
             point = point_at(surface.points, -1 - t)

@@ -1,12 +1,9 @@
-"""What is close: vertices that coincide, and features alike after a rotation.
+"""What is close: vertices that coincide.
 
 Points are put into a hashed grid of cubes, so that near ones are found without sorting.
 Those whose cubes share a slot of the table form a chain: `head[slot]` is the latest,
 and `chain[i]` the one before point i, -1 where there is none. The cubes are wide beside
 the distance asked for, so that most questions touch one cube only.
-
-A feature is a row of numbers: a place, then perhaps a vector and a number that does not
-depend on direction. Two features are alike when their rows are close to each other.
 """
 
 import math
@@ -16,12 +13,9 @@ import numpy as np
 
 from ..array_types import (
     Array,
-    Array2,
     Fixed1,
     Fixed2,
-    FixedIndex1,
     Index,
-    Index1,
     Slots1,
 )
 from ..compilation import entry_kernel, inlined, kernel
@@ -29,15 +23,10 @@ from ..vectors import (
     Vec3,
     dot,
     point_at,
-    read_row,
     read_vector,
     subtract,
-    transform,
-    write_vector,
 )
 from .connections import find_representative, join_sets
-
-ORIGIN = Vec3(0.0, 0.0, 0.0)
 
 WIDTH = 16.0
 """Side of a cube in units of the distance asked for."""
@@ -174,82 +163,3 @@ def _join_coincident(
                 return True
         j = cubes.chain[j]
     return False
-
-
-class FeatureGrid(NamedTuple):
-    """Features in a grid of cubes by their places."""
-
-    rows: Array2  # (N, 3) or (N, 7)
-    cubes: Cubes
-    reach: float  # largest distance of like features
-    last_match: Index1  # (N,) scratch: the last trial in which a feature was matched
-    trials: Index1  # (1,) number of trials so far
-
-
-@entry_kernel
-def feature_grid(rows: Fixed2, reach: float) -> FeatureGrid:
-    """Put features (N, 3) or (N, 7) into a grid that serves distances up to `reach`."""
-    count = rows.shape[0]
-    cubes = new_cubes(count)
-    width = WIDTH * reach
-    # From the last, so that chains run from the first.
-    for i in range(count - 1, -1, -1):
-        insert_point(cubes, i, cube_at(point_at(rows, i), 0.0, ORIGIN, width))
-    return FeatureGrid(
-        rows, cubes, reach, np.zeros(count, np.int64), np.zeros(1, np.int64)
-    )
-
-
-@entry_kernel
-def first_unmatched(grid: FeatureGrid, rotation: Fixed2, chosen: FixedIndex1) -> int:
-    """First chosen feature with no feature of its own where it is turned to, or -1."""
-    rows = grid.rows
-    last_match = grid.last_match
-    grid.trials[0] += 1
-    trial = grid.trials[0]
-    image = np.empty(rows.shape[1])
-    for m in range(chosen.shape[0] if chosen.shape[0] > 0 else rows.shape[0]):
-        i = chosen[m] if chosen.shape[0] > 0 else m
-        _write_image(rows, i, rotation, image)
-        partner = _nearest_feature(grid, image)
-        if partner < 0 or last_match[partner] == trial:
-            return i
-        last_match[partner] = trial
-    return -1
-
-
-@inlined
-def _write_image(rows: Array, i: int, rotation: Array, image: Array) -> None:
-    """Image of a feature: its place and its vector are turned, the rest stays."""
-    vectors = 3 * (rows.shape[1] // 3)
-    for first in range(0, vectors, 3):
-        write_vector(image, first, transform(rotation, read_row(rows, i, first)))
-    for k in range(vectors, rows.shape[1]):
-        image[k] = rows[i, k]
-
-
-@inlined
-def _nearest_feature(grid: FeatureGrid, image: Array) -> int:
-    """Feature closest to a row, -1 when none is closer than the reach."""
-    rows = grid.rows
-    reach = grid.reach
-    position = read_vector(image, 0)
-    width = WIDTH * reach
-    low = cube_at(position, -reach, ORIGIN, width)
-    high = cube_at(position, reach, ORIGIN, width)
-    least_square = reach * reach
-    partner = -1
-    for x in range(low.x, high.x + 1):
-        for y in range(low.y, high.y + 1):
-            for z in range(low.z, high.z + 1):
-                j = latest_point(grid.cubes, Cube(x, y, z))
-                while j >= 0:
-                    square = 0.0
-                    for k in range(rows.shape[1]):
-                        step = rows[j, k] - image[k]
-                        square += step * step
-                    if square < least_square:
-                        least_square = square
-                        partner = j
-                    j = grid.cubes.chain[j]
-    return partner
