@@ -61,6 +61,9 @@ NEAR = 0.05
 """How far a motion may take corners off the hull, in radii, if the surface is still to
 be tried: as much as the depth of a thread that ends on it."""
 
+HIDDEN = 1e-3
+"""The same where no thread is in question, but facets of the hull may be uneven."""
+
 OVERHEAD = 64  # cost of setting up one comparison, in samples compared
 
 PROBES = 12
@@ -160,11 +163,12 @@ class _Search:
         slack = 0.0
         if tolerance > SYMMETRY:
             motions = motions.pick((group[motions.images] != group).any(axis=1))
-            is_near = [self.hull.is_near(matrix) for matrix in motions.matrices]
+            is_near = [self.hull.is_near(m, NEAR) for m in motions.matrices]
             motions = motions.pick(np.array(is_near, dtype=np.bool_))
             slack = self._slack_of(motions.matrices)
             if not slack:
                 return symmetry
+        reach = NEAR if slack else HIDDEN
         images = list(symmetry.images)
         taken = {image.tobytes() for image in images}
         for image, matrices in _by_image(motions):
@@ -178,7 +182,7 @@ class _Search:
                 # What carries the surface carries its hull, though facets may hide it.
                 if (
                     joins
-                    and (carries_hull or self.hull.is_near(matrix))
+                    and (carries_hull or self.hull.is_near(matrix, reach))
                     and self._holds(self.surface(), matrix, slack)
                 ):
                     group = _orbits([image], group)
@@ -353,12 +357,12 @@ class SurfaceTrial:
             self.probes = [stray, *self.probes][: 2 * PROBES]
         return stray < 0
 
-    def is_near(self, motion: Array) -> bool:
-        """Whether a motion takes corners to places near the surface."""
+    def is_near(self, motion: Array, reach: float) -> bool:
+        """Whether a motion takes corners to places within a reach of the surface."""
         corners = np.flatnonzero(self.surface.sample < 0)
         self.effort += OVERHEAD + len(corners)
         matrix = np.ascontiguousarray(motion)
-        return first_stray(self.surface, matrix, NO_SHIFT, corners, NEAR) < 0
+        return first_stray(self.surface, matrix, NO_SHIFT, corners, reach) < 0
 
     def _first_stray(self, motion: Array, shift: Array, chosen: Index) -> int:
         self.effort += OVERHEAD + len(chosen)
