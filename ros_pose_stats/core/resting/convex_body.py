@@ -37,6 +37,7 @@ class ConvexBody:
     # about one axis; -1 for a face of none
     run_of_face: Index
     rounded: int  # runs that were given other numbers of sides than in the file
+    thinned: bool  # whether corners of a free form were left out
 
     @property
     def faces(self) -> int:
@@ -98,7 +99,14 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
             points, *_triangles(qhull), part.rounding / scale
         )
         return ConvexBody(
-            scale, points, arrays, tolerance, (), np.full(len(arrays.area), -1), 0
+            scale,
+            points,
+            arrays,
+            tolerance,
+            (),
+            np.full(len(arrays.area), -1),
+            0,
+            False,
         )
     original = body_of(part, 0)
     scale = original.radius
@@ -126,6 +134,7 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
             runs,
             rims.number_strips(points, arrays, groups, outline.chains),
             0,
+            False,
         )
     points, chains = outline.compacted()
     # A rim off the centre of mass may reach a little farther between the corners of the
@@ -149,6 +158,7 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
         tuple(chain.as_run(farthest) for chain in chains),
         rims.number_strips(points, arrays, groups, chains),
         outline.rounded,
+        outline.changed,
     )
 
 

@@ -34,7 +34,7 @@ from ..kernels.principal_axes import is_kept
 from ..mesh.vectors import lengths
 from ..records import Array, Index, Mask, Part
 from ..tolerances import COPLANAR, SYMMETRY
-from .convex_body import ConvexBody
+from .convex_body import ConvexBody, body_of
 from .equilibria import Clusters, Equilibria
 from .threads import Thread, find_thread
 
@@ -376,7 +376,12 @@ def surface_trial(part: Part, body: ConvexBody) -> SurfaceTrial:
 
 
 def hull_trial(part: Part, body: ConvexBody) -> SurfaceTrial:
-    """The convex body that is dropped."""
+    """The convex body that is dropped, or that of the file where it was thinned.
+
+    What thinning leaves of a free form is uneven by the height of an arc.
+    """
+    if body.thinned:
+        body = body_of(part, 0)
     arrays = body.arrays
     first = arrays.face_start[arrays.face]
     side = np.arange(len(first))

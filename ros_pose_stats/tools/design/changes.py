@@ -199,6 +199,7 @@ class DesignSpace:
             runs,
             old_body.run_of_face[origin],
             old_body.rounded,
+            old_body.thinned,
         )
         vertices = part.center_of_mass + old_body.radius * corners
         fans = fan_triangles(body)
