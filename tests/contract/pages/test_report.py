@@ -101,7 +101,7 @@ def test_feeding_is_in_rates_passes_and_kicks(report, counted):
     page, _ = report
     share = sum(pose["probability"] for pose in counted["poses"] if pose["index"] < 2)
     assert f"{60.0 * share:.3g} accepted parts a minute" in page.text
-    assert f"{1.0 / share:.3g} drops for each accepted part" in page.text
+    assert f"{1.0 / share:#.3g} drops for each accepted part" in page.text
     assert "Feeding: dropped again or flipped" in page.text
     assert page.named("Accepted parts a minute over the kick height")
     assert "A wanted pose has others" not in page.text
