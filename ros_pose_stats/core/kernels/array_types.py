@@ -27,6 +27,7 @@ Slots1 = Annotated[Slots, types.Array(types.int32, 1, "C")]
 
 Fixed1 = Annotated[Array, types.Array(types.float64, 1, "C", readonly=True)]
 Fixed2 = Annotated[Array, types.Array(types.float64, 2, "C", readonly=True)]
+Fixed3 = Annotated[Array, types.Array(types.float64, 3, "C", readonly=True)]
 FixedIndex1 = Annotated[Index, types.Array(types.int64, 1, "C", readonly=True)]
 FixedIndex2 = Annotated[Index, types.Array(types.int64, 2, "C", readonly=True)]
 FixedFlags1 = Annotated[Flags, types.Array(types.boolean, 1, "C", readonly=True)]

@@ -25,6 +25,12 @@ _PAIRS = ((0, 1, 2), (0, 2, 1), (1, 2, 0))
 @entry_kernel
 def is_kept(tensor: Fixed2, rotation: Fixed2, tolerance: float) -> bool:
     """Whether a rotation keeps a symmetric tensor, within a share of its trace."""
+    return keeps_tensor(rotation, tensor, tolerance)
+
+
+@kernel
+def keeps_tensor(rotation: Array, tensor: Array, tolerance: float) -> bool:
+    """The same for kernels."""
     largest_difference = tolerance * (tensor[0, 0] + tensor[1, 1] + tensor[2, 2])
     for i in range(3):
         row = point_at(rotation, i)

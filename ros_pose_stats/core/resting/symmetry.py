@@ -10,7 +10,7 @@ places and never by vertices, for a file may divide alike curves in different wa
 in doubt, poses stay separate.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Set
 from functools import cached_property
 from typing import NamedTuple
 
@@ -19,7 +19,9 @@ import numpy as np
 from ..kernels.features.motions import (
     SAME_PLACE,
     Planes,
+    PosePlaces,
     candidate_motions,
+    exchanging_motions,
     fit_motion,
 )
 from ..kernels.features.surface_features import (
@@ -170,9 +172,12 @@ class _Search:
                 return symmetry
         reach = NEAR if slack else HIDDEN
         images = list(symmetry.images)
-        taken = {image.tobytes() for image in images}
-        for image, matrices in _by_image(motions):
-            is_symmetry = image.tobytes() in taken
+        listed = {image.tobytes() for image in images}
+        generated = listed
+        generators: list[Index] = []
+        by_image = _by_image(motions)
+        for key, (image, matrices) in by_image.items():
+            is_symmetry = key in generated
             for matrix in matrices:
                 joins = (group[image] != group).any() and np.linalg.det(matrix) > 0.0
                 if is_symmetry and not joins:
@@ -187,8 +192,12 @@ class _Search:
                 ):
                     group = _orbits([image], group)
                     is_symmetry = True
-            if is_symmetry and image.tobytes() not in taken:
+            if is_symmetry and key not in listed:
                 images.append(image)
+                if key not in generated:
+                    generators.append(image)
+                    candidates = by_image.keys() | listed
+                    generated = _products(symmetry.images, generators, candidates)
         return PoseSymmetry(group, _orbits(images), np.array(images))
 
     def _holds(self, trial: "SurfaceTrial", matrix: Array, slack: float) -> bool:
@@ -245,14 +254,33 @@ def _orbits(images: list[Index], labels: Index | None = None) -> Index:
     return connections.component_labels(poses, np.concatenate(links))
 
 
-def _by_image(motions: Motions) -> Iterator[tuple[Index, Array]]:
+def _by_image(motions: Motions) -> dict[bytes, tuple[Index, Array]]:
     """Where motions take the poses, but for the identity, and those that do so."""
     numbers: dict[bytes, list[int]] = {}
     for k, image in enumerate(motions.images):
         numbers.setdefault(image.tobytes(), []).append(k)
     numbers.pop(np.arange(motions.images.shape[1]).tobytes(), None)
-    for alike in numbers.values():
-        yield motions.images[alike[0]], motions.matrices[alike]
+    return {
+        key: (motions.images[alike[0]], motions.matrices[alike])
+        for key, alike in numbers.items()
+    }
+
+
+def _products(
+    images: Index, generators: list[Index], candidates: Set[bytes]
+) -> set[bytes]:
+    """Images, and those of the candidates that generators make of them."""
+    latest = list(images)
+    products = {image.tobytes() for image in latest}
+    while latest:
+        product = latest.pop()
+        for generator in generators:
+            longer = product[generator]
+            key = longer.tobytes()
+            if key in candidates and key not in products:
+                products.add(key)
+                latest.append(longer)
+    return products
 
 
 def axis_of(rotation: Array) -> Array:
@@ -272,22 +300,17 @@ def _exchanging(
     tolerance: float,
 ) -> Motions:
     """Motions that keep the inertia and take poses to poses as high."""
-    scale = float(np.trace(part.inertia))
-    turned = matrices @ part.inertia @ matrices.transpose(0, 2, 1)
-    keeps = np.abs(turned - part.inertia).max(axis=(1, 2)) <= tolerance * scale
-    matrices = matrices[keeps]
     lowest = clusters.lowest_face
     supports = np.flatnonzero(clusters.is_support)
-    images = equilibria.downs[lowest] @ matrices.transpose(0, 2, 1)
-    cosines = images @ equilibria.downs[supports].T
-    image = clusters.pose[supports][cosines.argmax(axis=2)]
-    heights = equilibria.heights[lowest]
-    fits = (np.abs(heights[image] - heights) <= tolerance).all(axis=1)
-    faces = np.bincount(clusters.pose[supports])
-    reach = np.where(faces > 1, 0.5, 1.0 - np.cos(SAME_DIRECTION))
-    fits &= (1.0 - cosines.max(axis=2) <= reach[image]).all(axis=1)
-    fits &= (np.sort(image, axis=1) == np.arange(len(lowest))).all(axis=1)
-    return Motions(matrices[fits], image[fits])
+    pose = clusters.pose[supports]
+    places = PosePlaces(
+        equilibria.downs[lowest],
+        equilibria.heights[lowest],
+        np.where(np.bincount(pose) > 1, 0.5, 1.0 - np.cos(SAME_DIRECTION)),
+        equilibria.downs[supports],
+        pose,
+    )
+    return Motions(*exchanging_motions(matrices, part.inertia, places, tolerance))
 
 
 class SurfaceTrial:

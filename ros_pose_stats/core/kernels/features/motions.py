@@ -9,8 +9,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..array_types import Array, Array1, Array2, Fixed2, Flags, Index
+from ..array_types import (
+    Array,
+    Array1,
+    Array2,
+    Fixed2,
+    Fixed3,
+    Flags,
+    Index,
+    Index1,
+)
 from ..compilation import entry_kernel, kernel
+from ..principal_axes import keeps_tensor
 from ..sorting import falling_order
 from ..vectors import (
     Vec3,
@@ -94,6 +104,65 @@ def candidate_motions(planes: Planes, most_like: int) -> Array:
                             )
                     size += 1
     return motions[:size].copy()
+
+
+class PosePlaces(NamedTuple):
+    """Poses of a part, and the faces on which it rests in them."""
+
+    down: Array2  # (P, 3) of the lowest face of each
+    height: Array1  # (P,) of it, radii
+    reach: Array1  # (P,) most by which a motion may miss a face of it, 1 - cosine
+    support: Array2  # (S, 3) directions of all faces
+    pose: Index1  # (S,) theirs
+
+
+@entry_kernel
+def exchanging_motions(
+    motions: Fixed3, inertia: Fixed2, places: PosePlaces, tolerance: float
+) -> tuple[Array, Index]:
+    """Those of the motions (C, 3, 3) that keep the inertia and exchange poses as high.
+
+    Returns
+    -------
+    motions : (K, 3, 3) float
+    images : (K, P) int
+        Poses to which they take the poses.
+    """
+    count = motions.shape[0]
+    chosen = np.zeros(count, np.bool_)
+    images = np.empty((count, places.height.shape[0]), np.int64)
+    for k in range(count):
+        chosen[k] = keeps_tensor(motions[k], inertia, tolerance) and _exchanges_poses(
+            motions[k], places, tolerance, images[k]
+        )
+    return motions[chosen], images[chosen]
+
+
+@kernel
+def _exchanges_poses(
+    motion: Array, places: PosePlaces, tolerance: float, image: Index
+) -> bool:
+    """Whether a motion exchanges poses as high; `image` (P,): which, set in place."""
+    is_taken = np.zeros(image.shape[0], np.bool_)
+    for p in range(image.shape[0]):
+        turned = transform(motion, point_at(places.down, p))
+        nearest = 0
+        cosine = -math.inf
+        for s in range(places.support.shape[0]):
+            product = dot(turned, point_at(places.support, s))
+            if product > cosine:
+                cosine = product
+                nearest = s
+        q = places.pose[nearest]
+        if (
+            is_taken[q]
+            or abs(places.height[q] - places.height[p]) > tolerance
+            or 1.0 - cosine > places.reach[q]
+        ):
+            return False
+        is_taken[q] = True
+        image[p] = q
+    return True
 
 
 @kernel
