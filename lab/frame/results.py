@@ -84,6 +84,9 @@ class Results:
             yield from section.rows
 
 
+SMALLEST = 1e-4  # below it a number has an exponent
+
+
 def format_cell(value: Cell) -> str:
     """Format a cell: three significant digits, thousands apart."""
     if isinstance(value, str):
@@ -92,6 +95,8 @@ def format_cell(value: Cell) -> str:
         return f"{value:,}".replace(",", " ")
     if not math.isfinite(value) or value == 0.0:
         return f"{value:g}"
+    if abs(value) < SMALLEST:
+        return f"{value:.1e}"
     digits = max(0, 2 - math.floor(math.log10(abs(value))))
     return f"{value:,.{digits}f}".replace(",", " ")
 

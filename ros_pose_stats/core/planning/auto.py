@@ -26,8 +26,9 @@ DEFAULT_TARGET = 0.02
 answer keeps with 90 % confidence where no target is asked for."""
 
 LEAST_DROPS = 400
-"""Drops before an estimate is believed: as many as refute one that is off by more than
-the target, see docs/measured/benchmarks.md."""
+"""Drops before an estimate is believed: beside them one that is wrong hardly adds to
+their own error, and its bounds are kept; docs/measured/benchmarks.md, "The power of
+drops"."""
 
 MOST_EVENTS = 1_000_000
 """Impacts and steps that all drops may take where no target is asked for: about half a
