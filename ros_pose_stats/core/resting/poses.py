@@ -333,7 +333,8 @@ def _make_records(
     margins = group_margin[groups]
     rolls, axes = rolling_axes(body, downs, resting.heights, clusters.tolerance)
     roll_axes = _along_plate(axes, rotations)
-    yaw = yaw_symmetries(part, equilibria, clusters.lowest_face, surface)
+    first = clusters.lowest_face[np.unique(groups, return_index=True)[1]]
+    yaw = yaw_symmetries(part, equilibria, first, surface)[groups]
     faces = resting.faces
     barriers = clusters.barrier * body.radius
     order = np.argsort(clusters.pose, kind="stable")

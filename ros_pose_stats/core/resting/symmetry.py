@@ -162,6 +162,7 @@ class _Search:
             self.candidates, self.equilibria, self.clusters, self.part, tolerance
         )
         group = symmetry.group
+        listed = {image.tobytes() for image in symmetry.images}
         slack = 0.0
         if tolerance > SYMMETRY:
             motions = motions.pick((group[motions.images] != group).any(axis=1))
@@ -172,11 +173,11 @@ class _Search:
                 return symmetry
         reach = NEAR if slack else HIDDEN
         images = list(symmetry.images)
-        listed = {image.tobytes() for image in images}
-        generated = listed
         generators: list[Index] = []
+        generated = listed
         by_image = _by_image(motions)
-        for key, (image, matrices) in by_image.items():
+        for key, matrices in by_image.items():
+            image = np.frombuffer(key, dtype=np.int64)
             is_symmetry = key in generated
             for matrix in matrices:
                 joins = (group[image] != group).any() and np.linalg.det(matrix) > 0.0
@@ -254,16 +255,13 @@ def _orbits(images: list[Index], labels: Index | None = None) -> Index:
     return connections.component_labels(poses, np.concatenate(links))
 
 
-def _by_image(motions: Motions) -> dict[bytes, tuple[Index, Array]]:
+def _by_image(motions: Motions) -> dict[bytes, list[Array]]:
     """Where motions take the poses, but for the identity, and those that do so."""
-    numbers: dict[bytes, list[int]] = {}
-    for k, image in enumerate(motions.images):
-        numbers.setdefault(image.tobytes(), []).append(k)
-    numbers.pop(np.arange(motions.images.shape[1]).tobytes(), None)
-    return {
-        key: (motions.images[alike[0]], motions.matrices[alike])
-        for key, alike in numbers.items()
-    }
+    alike: dict[bytes, list[Array]] = {}
+    for image, matrix in zip(motions.images, motions.matrices, strict=True):
+        alike.setdefault(image.tobytes(), []).append(matrix)
+    alike.pop(np.arange(motions.images.shape[1]).tobytes(), None)
+    return alike
 
 
 def _products(
