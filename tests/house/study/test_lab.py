@@ -27,7 +27,8 @@ def judged(text):
     the verdict.
     """
     for value, side, limit, verdict in re.findall(
-        r"(\d[\d .]*), (limit|at least) ([\d.]+): (PASS|short of target)", text
+        r"(\d[\d .]*(?:e-\d+)?), (limit|at least) ([\d.]+): (PASS|short of target)",
+        text,
     ):
         yield (
             float(value.replace(" ", "")),
