@@ -99,12 +99,15 @@ def states_at_rest(
 
 
 LENGTH_BITS = 36
+LEAST_EXPONENT = -64  # of two; smaller lengths are rounded by the step of these
 
 
 def round_length(lengths_in_radii: float | Array) -> Array:
     """Lengths in radii, rounded so that they are the same for a part in any unit."""
     values = np.asarray(lengths_in_radii)
-    return round_to(values, np.ldexp(1.0, np.frexp(values)[1] - LENGTH_BITS))
+    # The step of a length next to nothing would vanish.
+    exponent = np.maximum(np.frexp(values)[1], LEAST_EXPONENT)
+    return round_to(values, np.ldexp(1.0, exponent - LENGTH_BITS))
 
 
 def release_directions(body: PreparedBody, seed: int, first: int, count: int) -> Array:

@@ -12,6 +12,7 @@ from lab.bodies.samples import REGULAR_SOLIDS, random_polyhedron
 from lab.bodies.variants import moved, rotation, shuffled
 from ros_pose_stats import part_from_mesh, record_drop, simulate
 from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.core.simulation.drops import round_length
 from tests.matching import matched
 from tests.truth.drops.recorded import SURE, alike, outcomes
 
@@ -203,3 +204,9 @@ def test_a_turned_copy_from_turned_starts_has_the_same_drops():
         sum(abs(a.count - b.count) for a, b in zip(plain.poses, partners, strict=True))
         <= 40
     )
+
+
+@pytest.mark.parametrize("length", [0.0, 5e-324, 1e-310, 1e-15, 0.1, 20.0, 1e300])
+def test_lengths_are_rounded_to_a_share_of_themselves(length):
+    """Next to none, too, of which no step is left."""
+    assert abs(round_length(length) - length) <= max(2.0**-36 * length, 2.0**-101)
