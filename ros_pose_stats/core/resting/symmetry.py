@@ -66,6 +66,9 @@ be tried: as much as the depth of a thread that ends on it."""
 HIDDEN = 1e-3
 """The same where no thread is in question, but facets of the hull may be uneven."""
 
+MOST_CORNERS = 512
+"""Corners, evenly among all, that tell whether a motion is worth a try."""
+
 OVERHEAD = 64  # cost of setting up one comparison, in samples compared
 
 PROBES = 12
@@ -381,6 +384,7 @@ class SurfaceTrial:
     def is_near(self, motion: Array, reach: float) -> bool:
         """Whether a motion takes corners to places within a reach of the surface."""
         corners = np.flatnonzero(self.surface.sample < 0)
+        corners = corners[:: 1 + len(corners) // MOST_CORNERS].copy()
         self.effort += OVERHEAD + len(corners)
         matrix = np.ascontiguousarray(motion)
         return first_stray(self.surface, matrix, NO_SHIFT, corners, reach) < 0
