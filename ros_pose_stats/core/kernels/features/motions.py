@@ -19,7 +19,7 @@ from ..array_types import (
     Index,
     Index1,
 )
-from ..compilation import entry_kernel, kernel
+from ..compilation import entry_kernel, inlined, kernel
 from ..principal_axes import keeps_tensor
 from ..sorting import falling_order
 from ..vectors import (
@@ -82,28 +82,50 @@ def candidate_motions(planes: Planes, most_like: int) -> Array:
         return np.empty((0, 3, 3))
     rarest = _rarest(planes, is_across, False)
     broadest = _rarest(planes, is_across, True)
+    motions = _motions_by(planes, first, images, rarest, 4 * most_like)
+    if broadest == rarest:
+        return motions
+    others = _motions_by(planes, first, images, broadest, 4 * most_like)
+    return np.concatenate((motions, others))
+
+
+@kernel
+def _motions_by(
+    planes: Planes, first: int, images: Index, second: int, most_like: int
+) -> Array:
+    """Motions (C, 3, 3) that take two planes to some images and to like planes."""
+    normal = planes.normal
+    likes = _like_planes(planes, second, most_like)
+    cosine = dot(point_at(normal, first), point_at(normal, second))
+    pairs = 0
+    for b in images:
+        for c in likes:
+            pairs += _leans_alike(normal, b, c, cosine)
+    frame = _frame_of(point_at(normal, first), point_at(normal, second), 1.0)
+    motions = np.empty((2 * pairs, 3, 3))
     size = 0
-    motions = np.empty((16 * images.shape[0] * most_like, 3, 3))
-    for choice in range(1 if rarest == broadest else 2):
-        second = broadest if choice else rarest
-        cosine = dot(point_at(normal, first), point_at(normal, second))
-        frame = _frame_of(point_at(normal, first), point_at(normal, second), 1.0)
-        for b in images:
-            for c in _like_planes(planes, second, 4 * most_like):
-                gap = dot(point_at(normal, b), point_at(normal, c)) - cosine
-                if abs(gap) > SAME_PLACE:
-                    continue
-                for hand in (1.0, -1.0):
-                    image = _frame_of(point_at(normal, b), point_at(normal, c), hand)
-                    for i in range(3):
-                        for j in range(3):
-                            motions[size, i, j] = (
-                                image[0, i] * frame[0, j]
-                                + image[1, i] * frame[1, j]
-                                + image[2, i] * frame[2, j]
-                            )
-                    size += 1
-    return motions[:size].copy()
+    for b in images:
+        for c in likes:
+            if not _leans_alike(normal, b, c, cosine):
+                continue
+            for hand in (1.0, -1.0):
+                image = _frame_of(point_at(normal, b), point_at(normal, c), hand)
+                for i in range(3):
+                    for j in range(3):
+                        motions[size, i, j] = (
+                            image[0, i] * frame[0, j]
+                            + image[1, i] * frame[1, j]
+                            + image[2, i] * frame[2, j]
+                        )
+                size += 1
+    return motions
+
+
+@inlined
+def _leans_alike(normal: Array, first: int, second: int, cosine: float) -> bool:
+    """Whether two planes lean to each other at an angle of this cosine."""
+    product = dot(point_at(normal, first), point_at(normal, second))
+    return abs(product - cosine) <= SAME_PLACE
 
 
 class PosePlaces(NamedTuple):
@@ -128,14 +150,19 @@ def exchanging_motions(
     images : (K, P) int
         Poses to which they take the poses.
     """
-    count = motions.shape[0]
-    chosen = np.zeros(count, np.bool_)
-    images = np.empty((count, places.height.shape[0]), np.int64)
-    for k in range(count):
+    poses = places.height.shape[0]
+    chosen = np.zeros(motions.shape[0], np.bool_)
+    image = np.empty(poses, np.int64)
+    for k in range(motions.shape[0]):
         chosen[k] = keeps_tensor(motions[k], inertia, tolerance) and _exchanges_poses(
-            motions[k], places, tolerance, images[k]
+            motions[k], places, tolerance, image
         )
-    return motions[chosen], images[chosen]
+    # Of many candidates few are left, so that their images alone are kept.
+    exchanging = motions[chosen]
+    images = np.empty((exchanging.shape[0], poses), np.int64)
+    for k in range(exchanging.shape[0]):
+        _exchanges_poses(exchanging[k], places, tolerance, images[k])
+    return exchanging, images
 
 
 @kernel
