@@ -241,7 +241,7 @@ class Plate:
             most_kicks = 0
         else:
             transition = kick.transition
-            settled_flips = kick.known_flips.sum(axis=1)
+            settled_flips = kick.effective_counts.sum(axis=1)
             if not settled_flips.all():
                 raise RequestError(
                     "flips counted out of every pose",
@@ -337,7 +337,10 @@ class Plate:
         )
         row_gain = (picture_shares[:-1] * stay_chance).T @ later_worth
         for row, values, flips in zip(
-            transition, row_gain, kick.known_flips.sum(axis=1).tolist(), strict=True
+            transition,
+            row_gain,
+            kick.effective_counts.sum(axis=1).tolist(),
+            strict=True,
         ):
             drops = (
                 flips

@@ -188,7 +188,7 @@ class FlipStatistics:
         All K of them by `index`, without probabilities.
     counts : (K, K) array of int, or of float where the model's are among them
         Row i: flips out of pose i, by the pose in which they ended.
-    known_flips : (K, K) array
+    effective_counts : (K, K) array
         Flips as which each row is known: those out of poses that a rotation or
         reflection of the part exchanges count for each other.
     unsettled : (K,) array of int
@@ -217,7 +217,7 @@ class FlipStatistics:
     round_sides: int
     poses: tuple[StablePose, ...]
     counts: Index | Array
-    known_flips: Array
+    effective_counts: Array
     unsettled: Index
     transition: Array
     standard_error: Array

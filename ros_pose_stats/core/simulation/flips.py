@@ -116,7 +116,7 @@ def count_flips(
     outcomes = _count_outcomes(body, scene, kick, request, watch, on_progress)
     counts = outcomes[:, 1:]
     unsettled = outcomes[:, 0]
-    transition, errors, known_flips = pool_flips(counts, body.resting.symmetries)
+    transition, errors, effective_counts = pool_flips(counts, body.resting.symmetries)
     remarks = pose_remarks(body.resting)
     warnings = [
         *part.warnings,
@@ -138,7 +138,7 @@ def count_flips(
         round_sides=scene.round_sides,
         poses=poses,
         counts=counts,
-        known_flips=known_flips,
+        effective_counts=effective_counts,
         unsettled=unsettled,
         transition=transition,
         standard_error=errors,

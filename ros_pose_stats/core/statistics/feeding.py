@@ -280,7 +280,8 @@ def learn_flips(
     size = member.sum(axis=0)
     group_counts = member.T @ flip_counts @ member
     rows = [
-        (kick.known_flips + 0.5 / poses) / (kick.known_flips.sum(axis=1) + 0.5)[:, None]
+        (kick.effective_counts + 0.5 / poses)
+        / (kick.effective_counts.sum(axis=1) + 0.5)[:, None]
         for kick in kicks
     ]
     models = [member.T @ row @ member for row in rows]
@@ -299,7 +300,7 @@ def learn_flips(
     return replace(
         kicks[best],
         counts=flips[:, None] * transition,
-        known_flips=flips[:, None] * transition,
+        effective_counts=flips[:, None] * transition,
         transition=transition,
         unsettled=np.zeros_like(kicks[best].unsettled),
         standard_error=member @ group_errors @ member.T * share_in_group,

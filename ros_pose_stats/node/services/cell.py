@@ -225,7 +225,11 @@ def _fill_in_gain(
         gain = feeding.drop_afresh(shares, request.wanted, request.rate)
     else:
         gain = feeding.flip_wrong_poses(
-            shares, flips.known_flips, request.wanted, request.rate, request.cycle_time
+            shares,
+            flips.effective_counts,
+            request.wanted,
+            request.rate,
+            request.cycle_time,
         )
         response.transition = part_messages.pack_array(flips.transition)
         response.kick_height = flips.kick_height

@@ -183,7 +183,11 @@ def feed(
     return {
         "dropped_again": feeding.drop_afresh(shares, options.wanted, options.rate),
         "kicked": feeding.flip_wrong_poses(
-            shares, flips.known_flips, options.wanted, options.rate, options.cycle_time
+            shares,
+            flips.effective_counts,
+            options.wanted,
+            options.rate,
+            options.cycle_time,
         ),
     }
 

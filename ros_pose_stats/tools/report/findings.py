@@ -210,7 +210,7 @@ def _try_kicks(
             statistics,
             feeding.flip_wrong_poses(
                 shares,
-                statistics.known_flips,
+                statistics.effective_counts,
                 feeder.wanted,
                 feeder.rate,
                 feeder.cycle_time,

@@ -120,7 +120,7 @@ class TestFlips:
                     np.testing.assert_allclose(turned, matrix, rtol=1e-12)
             np.testing.assert_allclose(flips.transition.sum(axis=1), 1.0, rtol=1e-12)
             np.testing.assert_array_equal(
-                flips.known_flips.sum(axis=1),
+                flips.effective_counts.sum(axis=1),
                 200 * np.bincount(resting.unit)[resting.unit],
             )
             assert flips.counts.sum() == 200 * len(resting.poses)
