@@ -1,4 +1,4 @@
-"""Makes a catalogue: estimates of all parts first, then drops of those that need them.
+"""Makes a catalogue: all parts with some drops first, then those that need more.
 
 Parts are made by processes of this machine, or by a dask.distributed cluster.
 """
@@ -23,8 +23,7 @@ CLAIM = "request.json"
 PICTURES = "pictures"
 
 Piece = tuple[PartFile, bool]
-"""A file, and whether the part is to be dropped where its estimate is not sure
-enough."""
+"""A file, and whether the part is dropped until it is as sure as was asked for."""
 
 Answers = Generator[tuple[Piece, Described], None, None]
 Maker = Callable[[CatalogueRequest, Sequence[Piece], Callable[[], bool]], Answers]
@@ -38,7 +37,7 @@ class CatalogueProgress:
     parts: int  # done in all
     bound: int  # parts to be done
     earlier_parts: int  # done before this run began
-    dropping: bool  # whether parts are dropped, after the estimates of all
+    dropping: bool  # whether parts get more drops, after the rows of all
     seconds: float  # since this stage began
 
 
@@ -135,7 +134,7 @@ class _Run(NamedTuple):
         ]
 
     def unsure_parts(self) -> list[PartFile]:
-        """Files whose rows are estimates that are not sure enough."""
+        """Files whose rows are not sure enough."""
         return [
             part
             for part in self.parts
@@ -212,12 +211,12 @@ MOST_THREADS = 8
 the cores that the others have left."""
 
 SECONDS = (600.0, 3 * 3600.0)
-"""Of an estimate, and of drops. What takes longer is refused: it would hold back all
-tables.
+"""Of a first row, and of more drops. What takes longer is refused: it would hold back
+all tables.
 
-Estimates take a second, rarely a minute. Ten million drops, the most that a target
+First rows take a second, rarely a minute. Ten million drops, the most that a target
 error costs, take nine parts of ten an hour and a half on one core; tables of the
-estimates are there meanwhile.
+first rows are there meanwhile.
 """
 
 

@@ -21,7 +21,7 @@ from .request import CatalogueRequest
 
 Row = dict[str, Any]
 
-FEW_DROPS = 10_000
+FEW_DROPS = 1_000
 """The most by which a part is dropped beside others; those that a target asks more of
 wait until all have a row, and then have all threads."""
 

@@ -53,10 +53,9 @@ def register(commands: arguments.Commands) -> None:
         type=float,
         default=0.0,
         metavar="E",
-        help="after the estimates, drop those parts whose estimate is not within "
-        "this root mean square error over the poses with 90 %% confidence; 0.01 "
-        "is one percentage point (default: 0.02 for parts unlike those that the "
-        "estimate was measured on, none for others)",
+        help="drop each part until its answer is within this root mean square error "
+        "over the poses with 90 %% confidence, those that take most drops after all "
+        "others; 0.01 is one percentage point (default: the answer of `estimate`)",
     )
     arguments.add_options(command, "--unit", help=arguments.SHARED_UNIT_HELP)
     arguments.add_options(
