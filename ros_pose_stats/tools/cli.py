@@ -11,7 +11,6 @@ from importlib import import_module
 from types import ModuleType
 
 from ..base import errors, text, version
-from ..node.participant import finish
 from . import commands
 from .commands.terminal.arguments import REFUSED, CommandParser
 from .commands.terminal.running import INTERRUPTED
@@ -109,7 +108,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
     options.ros_arguments = ros_arguments
     options.parser = top
-    return finish(run_parsed(options))
+    status = run_parsed(options)
+    if getattr(options, "takes_ros_arguments", False):
+        from ..node.participant import finish
+
+        status = finish(status)
+    return status
 
 
 def prepare_streams() -> None:
