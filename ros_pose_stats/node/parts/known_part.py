@@ -259,10 +259,7 @@ class KnownPart:
             )
             if lanes.is_closed:
                 raise CancelledError
-            if statistics.drops:
-                message = self.number_result(statistics, settings)
-            else:
-                message = self.estimate(methods.AUTO, scene)
+            message = self.number_result(statistics, settings)
             self._remember(CHECKED, scene, message)
         if settings.default_method == methods.AUTO:
             self.offer_result(scene, message)
