@@ -56,10 +56,10 @@ def auto(
     cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
     round_sides: int = DEFAULT_ROUND_SIDES,
 ) -> PoseStatistics:
-    """Pose statistics that keep a target error, by the cheapest method that does.
+    """Pose statistics that keep a target error, or the default one.
 
-    The answer is the best estimate with drops beside it: 400 at least, which refute an
-    estimate that is wrong, then until the target is kept. How far to believe the
+    The answer is the best estimate with drops beside it: 400 at least, so that one that
+    is wrong hardly matters, then until the target is kept. How far to believe the
     estimate is judged by how well it agrees with the drops; where they refute it, they
     go on alone. Without a target it is two points, within a budget of impacts and steps
     that is the same on every machine; where that ends the drops sooner, the answer has
@@ -167,9 +167,9 @@ def answer_with_drops(
     bound = confidence.judge_drops(prior, counts_of(answer)).bound
     if request.events and answer.drops < LEAST_DROPS and target_reached(bound, target):
         warning = (
-            f"TARGET_MISSED: {answer.drops} drops are fewer than the {LEAST_DROPS} that "
-            f"can refute the estimate; unless it is wrong, the 90 % bound of the error "
-            f"is {bound:.2g}."
+            f"TARGET_MISSED: {answer.drops} drops are fewer than the {LEAST_DROPS} from "
+            f"which on the estimate hardly matters; unless it is wrong, the 90 % bound of "
+            f"the error is {bound:.2g}."
         )
         warnings[warning] = None
     return replace(

@@ -27,20 +27,18 @@ STRANGE_CHANCE = 0.08
 docs/measured/benchmarks.md."""
 
 DOUBT = 0.95
-"""The same where drops stand beside the estimate. It costs a tenth more drops where the
-estimate is right, and keeps the errors that are told where it is wrong."""
+"""The same where drops stand beside the estimate: some more of them are needed where it
+is right, and the errors that are told are kept where it is wrong."""
 
 SMALLEST_POINTS = 0.01  # what is told of an error that symmetry makes vanish
 
 
-def pose_prior(
-    resting: RestingPoses, scene: DropScene, strange: float = DOUBT
-) -> PosePrior:
+def pose_prior(resting: RestingPoses, scene: DropScene) -> PosePrior:
     """What the default estimate says before the first drop."""
     method = fitted_prior.FITTED_METHOD
     estimate = estimator(method).function(resting, scene)
     expected = expected_error(method, resting, estimate, scene)
-    return _prior(estimate, expected.part_error, resting, scene, strange)
+    return _prior(estimate, expected.part_error, resting, scene, DOUBT)
 
 
 def estimate_prior(

@@ -74,8 +74,8 @@ class PosePrior:
     `unit`: poses of one number have equal probabilities by symmetry; `row`: poses of
     one number, all of one unit, are a row of a table; each is one without;
     `expected_error`: NaN where nothing is known. Attributes `unit` (P,): that each pose
-    belongs to, from 0 on; `row` (P,); `size` (G,): poses of each unit; `mean` (G,): of the units;
-    `strength`: pseudo-drops that the estimate is typically worth.
+    belongs to, from 0 on; `row` (P,); `size` (G,): poses of each unit; `mean` (G,): of
+    the units; `strength`: pseudo-drops that the estimate is typically worth.
     """
 
     def __init__(
