@@ -125,7 +125,10 @@ class Outline:
         )
 
     def compacted(self) -> tuple[Array, list[Chain]]:
-        """Points of the new body, and the chains in their numbering."""
+        """Points of the new body, and the chains in their numbering.
+
+        Thinning may leave no corner of a fillet's rim, which then is no chain.
+        """
         is_kept = np.append(
             self.keeps, np.ones(self.count - len(self.keeps), dtype=np.bool_)
         )
@@ -136,6 +139,7 @@ class Outline:
         return points, [
             replace(chain, point=number[chain.point[is_kept[chain.point]]])
             for chain in self.chains
+            if is_kept[chain.point].any()
         ]
 
     def add(self, points: Array) -> Index:

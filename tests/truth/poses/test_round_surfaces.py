@@ -250,3 +250,21 @@ def test_turned_and_in_another_order(make):
             assert sorted(getattr(pose, field) for pose in poses) == pytest.approx(
                 sorted(getattr(pose, field) for pose in plain), abs=2.0 * ARC
             )
+
+
+def test_a_finely_stacked_dome_beside_the_axis_is_thinned():
+    """Two hundred rims with forty corners each; of some no corner is left."""
+    angle, turn = np.meshgrid(
+        np.linspace(0.002, np.pi / 2, 200), 2.0 * np.pi / 40 * np.arange(40)
+    )
+    dome = 0.2 * np.stack(
+        [np.sin(angle) * np.cos(turn), np.sin(angle) * np.sin(turn), np.cos(angle)], -1
+    )
+    dome += np.array([0.6, 0.6, 0.1])
+    plate = shapes.box(2.0, 2.0, 0.2)[0]
+    fine, coarse = (
+        answer(shapes.hull_mesh(np.vstack([corners.reshape(-1, 3), plate])))
+        for corners in (dome, dome[:, ::10])
+    )
+    for pose, coarse_pose in zip(fine, coarse, strict=True):
+        assert pose.probability == pytest.approx(coarse_pose.probability, abs=0.01)
