@@ -70,7 +70,7 @@ class WorkFolder:
         our_claim = {"written_by": f"ros_pose_stats {version.VERSION}", **request}
         try:
             their_claim = json.loads(files.read_file(path))
-        except (OSError, ValueError):
+        except (OSError, ValueError, RecursionError):
             their_claim = None
         if their_claim == our_claim:
             return

@@ -187,7 +187,8 @@ class _Run(NamedTuple):
         if entry is None or entry.part != part:
             return None
         try:
-            if entry.picture and not (self.folder / entry.picture).stat().st_size:
+            picture = self.folder / entry.picture
+            if entry.picture and not (picture.is_file() and picture.stat().st_size):
                 return None
         except OSError:
             return None
@@ -202,6 +203,7 @@ class _Run(NamedTuple):
         file = self.folder / name
         with needing_room("the pictures", file):
             file.parent.mkdir(parents=True, exist_ok=True)
+            file.unlink(missing_ok=True)  # it may be a pipe, or a link to elsewhere
             file.write_bytes(described.picture)
         return name
 

@@ -4,6 +4,7 @@ import json
 import os
 import sqlite3
 import time
+import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -24,6 +25,10 @@ SYNC_SECONDS = 1.0
 TABLE = """CREATE TABLE IF NOT EXISTS parts (
     name BLOB PRIMARY KEY, bytes INTEGER, mtime_ns INTEGER, picture TEXT,
     to_be_dropped INTEGER, refused INTEGER, seconds REAL, row TEXT) WITHOUT ROWID"""
+
+
+SEAL = 8
+"""Characters of the checksum before a row: SQLite looks at no content."""
 
 
 class Entry(NamedTuple):
@@ -53,8 +58,9 @@ class RowStore:
 
     def close(self) -> None:
         """Let go of the file, and of one without any row."""
-        empty = self._rows.execute("SELECT 1 FROM parts LIMIT 1").fetchone() is None
-        self._rows.close()
+        with self._refusing():
+            empty = self._rows.execute("SELECT 1 FROM parts LIMIT 1").fetchone() is None
+            self._rows.close()
         if empty:
             self.path.unlink()
 
@@ -71,7 +77,7 @@ class RowStore:
                     described.to_be_dropped,
                     bool(described.row["refusal"]),
                     round(described.seconds, 4),
-                    json.dumps(described.row),
+                    _sealed(json.dumps(described.row)),
                 ),
             )
         if time.monotonic() >= self._synced + SYNC_SECONDS:
@@ -101,9 +107,12 @@ class RowStore:
     def row(self, name: str) -> Row:
         """The row of a file that has one."""
         with self._refusing():
-            ((columns,),) = self._rows.execute(
+            ((stored,),) = self._rows.execute(
                 "SELECT row FROM parts WHERE name = ?", (os.fsencode(name),)
             ).fetchall()
+            columns = str(stored)[SEAL:]
+            if _sealed(columns) != stored:
+                raise sqlite3.DatabaseError("a row is not as it was written")
         row: Row = json.loads(columns)
         return row
 
@@ -120,6 +129,10 @@ class RowStore:
                 f"{self.path} ({error})",
                 "delete it; all parts are then looked at again",
             ) from error
+
+
+def _sealed(columns: str) -> str:
+    return f"{zlib.crc32(columns.encode()):08x}{columns}"
 
 
 ALIKE = 1.05

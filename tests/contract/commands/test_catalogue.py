@@ -569,3 +569,51 @@ def test_no_parts_are_refused(tmp_path):
         "catalogue", tmp_path / "\x1bgone", "-o", tmp_path / "out"
     )
     assert [file.name for file in tmp_path.iterdir()] == ["notes.txt"]
+
+
+@pytest.fixture
+def made(tmp_path):
+    """A catalogue of a box, and how to ask for it again."""
+    file = tmp_path / "box.stl"
+    write_stl(file, shapes.box(10.0, 20.0, 30.0))
+    request = "catalogue", file, "--unit", "mm", "-o", tmp_path / "out", "--workers", 1
+    assert call(*request).returncode == 0
+    return tmp_path / "out", request
+
+
+@pytest.mark.parametrize("change", ["pages", "row"])
+def test_damaged_rows_are_refused_with_what_to_do(made, change):
+    folder, request = made
+    rows = folder / "parts.sqlite3"
+    content = bytearray(rows.read_bytes())
+    if change == "row":
+        share = content.rfind(b'"best_share": 0.')
+        content[share + len('"best_share": 0.')] ^= 1
+    else:
+        content[4096:] = bytes(len(content) - 4096)
+    rows.write_bytes(content)
+    line = refusal(*request)
+    assert "the rows of an earlier run" in line and "delete it" in line
+
+
+def test_a_request_nested_without_end_is_refused(made):
+    folder, request = made
+    (folder / "request.json").write_text("[" * 100_000)
+    assert "files without a readable request.json" in refusal(*request)
+
+
+def test_what_lies_under_the_name_of_a_picture_is_replaced(made, tmp_path):
+    """A pipe would be written to for ever, and a link leads to a file of somebody."""
+    folder, request = made
+    (picture,) = (folder / "pictures").rglob("*.png")
+    content = picture.read_bytes()
+    picture.unlink()
+    os.mkfifo(picture)
+    assert call(*request).returncode == 0
+    assert picture.read_bytes() == content
+    (tmp_path / "mine").touch()
+    picture.unlink()
+    picture.symlink_to(tmp_path / "mine")
+    assert call(*request).returncode == 0
+    assert picture.read_bytes() == content
+    assert (tmp_path / "mine").read_bytes() == b""

@@ -64,6 +64,8 @@ def test_a_misspelt_word_is_answered_with_the_one_that_was_meant(words, meant):
         ["estimate", PART, "--colour"],
         ["estimate", PART, "--ros-args", "-p", "a:=1"],
         ["node", "-p", "restitution:=0.3"],
+        ["estimate", PART, "--unit=--"],
+        ["report", PART, "-o--"],
     ],
 )
 def test_what_is_no_command_is_refused_with_what_to_do(words):

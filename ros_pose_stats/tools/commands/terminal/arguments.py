@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 
 REFUSED = 2
 
+EMPTY_VALUE = re.compile(r"(?:--[a-z-]+=|-[a-z])--")
+"""An option in one word with the value `--`, from which argparse makes an empty
+list."""
+
 Commands: TypeAlias = "argparse._SubParsersAction[CommandParser]"
 """Where a command adds its parser; argparse has no public name for it."""
 
@@ -61,6 +65,9 @@ class CommandParser(argparse.ArgumentParser):
     ) -> tuple[Any, list[str]]:
         """Parse; an unknown option is refused by the command that it was given to."""
         words = _split_coordinates(sys.argv[1:] if args is None else args)
+        for word in words:
+            if EMPTY_VALUE.fullmatch(word):
+                self.error(f"expected a value in {word}, got --")
         parsed, unknown = super().parse_known_args(words, namespace)
         if unknown:
             options = re.findall(r"--[a-z-]+", super().format_help())
