@@ -3,6 +3,9 @@
 READY := .venv/.ready
 PYTHON ?= python3
 
+# Some two hundred processes start in a run; without bytecode each would compile the package anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 setup: $(READY)
 
 $(READY): .ci/setup .ci/requirements.txt .ci/requirements-ros.txt .ci/constraints-ros.txt \
