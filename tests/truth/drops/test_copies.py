@@ -124,6 +124,7 @@ near_ties = st.tuples(
 )
 
 
+@settings(max_examples=20)
 @given(near_ties, copies)
 def test_copies_of_bodies_whose_moments_nearly_tie(tie, options):
     """Boxes that are cubes but for 1e-6 to 1e-2, and corners off by as much."""
@@ -138,6 +139,7 @@ def test_copies_of_bodies_whose_moments_nearly_tie(tie, options):
     assert same_ends(*drops) >= SAME_END
 
 
+@settings(max_examples=15)
 @given(st.integers(4, 25), st.integers(0, 10_000), copies)
 def test_copies_of_random_polyhedra_and_of_their_default_answer(corners, seed, options):
     surface = random_polyhedron(corners, seed)

@@ -194,7 +194,7 @@ def test_the_bound_of_errors_that_poses_share():
 def test_an_estimate_that_is_wrong_loses(drops, offset):
     """A nut whose ends are off by up to three times what the estimate tells.
 
-    Nine bounds in ten are kept, but for three standard errors of 2000 runs and three
+    Nine bounds in ten are kept, but for three standard errors of 1000 runs and three
     points of what the estimate has its share in.
     """
     ends = np.array((0.56, 0.44))
@@ -203,13 +203,13 @@ def test_an_estimate_that_is_wrong_loses(drops, offset):
     fit = prior_fit(0.5)._replace(strange=confidence.DOUBT)
     prior = PosePrior(estimate, unit, 0.008, 0.5, fit)
     truth = ends[unit] / np.bincount(unit)[unit]
-    runs = np.random.default_rng(2).multinomial(drops, truth, size=2000)
+    runs = np.random.default_rng(2).multinomial(drops, truth, size=1000)
     kept = []
     for counts in runs:
         posterior = prior.update(counts)
         error = np.abs(posterior.probability - truth).max()
         kept.append(error <= posterior.largest_error())
-    assert np.mean(kept) >= 0.9 - 3.0 * math.sqrt(0.09 / 2000) - 0.03
+    assert np.mean(kept) >= 0.9 - 3.0 * math.sqrt(0.09 / 1000) - 0.03
 
 
 def drawn_parts(number, seed=4):
