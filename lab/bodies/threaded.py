@@ -1,4 +1,4 @@
-"""Bolts and nuts with modelled threads, as CAD programs export them.
+"""Bolts, nuts and springs that wind, as CAD programs export them.
 
 Along a thread the corners of its profile lie on helices, `sides` to a turn. Lengths are
 in millimetres, those of ISO 4014 and 4032 for M8 with a rounded depth of the thread.
@@ -10,6 +10,7 @@ from manifold3d import CrossSection, Manifold
 from ros_pose_stats.core.shapes.profiles import unit_circle
 
 from .fine_parts import surface
+from .shapes import lofted
 
 PITCH = 1.25
 CREST = 4.0
@@ -62,3 +63,28 @@ def nut(sides, start=0.0, hand=1, turn=0.0, height=6.5):
     solid = hexagon(height, True, turn) - tap.translate((0.0, 0.0, -PITCH))
     solid -= sink
     return surface(solid - sink.mirror((0.0, 0.0, 1.0)).translate((0.0, 0.0, height)))
+
+
+def cap_screw(sides, turns=18.0, start=0.0, hand=1):
+    """The same shank with a round head."""
+    head = Manifold.cylinder(8.0, 6.5, 6.5, 96).translate((0.0, 0.0, -8.0))
+    return surface(thread(turns, sides, start, hand) + head)
+
+
+def spring(sides, turns=8.0, pitch=2.2, radius=10.0, wire=1.0):
+    """A compression spring with plain ends, its wire round."""
+    angle = 2.0 * np.pi * np.arange(round(turns * sides) + 1) / sides
+    rise = pitch / (2.0 * np.pi)
+    outward = np.column_stack((np.cos(angle), np.sin(angle), 0.0 * angle))
+    along = np.column_stack(
+        (-radius * np.sin(angle), radius * np.cos(angle), np.full(len(angle), rise))
+    )
+    across = np.cross(outward, along / np.hypot(radius, rise))
+    middle = radius * outward + np.outer(rise * angle, (0.0, 0.0, 1.0))
+    section = wire * unit_circle(16)
+    rings = (
+        middle[:, None]
+        + section[:, :1] * outward[:, None]
+        - section[:, 1:] * across[:, None]
+    )
+    return lofted(rings, middle[[0, -1]])

@@ -81,8 +81,8 @@ class StablePose:
     group_size : int
         Poses of its group.
     rolls : bool
-        Whether it can be turned by 90 degrees about the axis of a round or toothed
-        surface without rising by more than the cluster tolerance.
+        Whether it can go on by 90 degrees about the axis of a round, toothed or winding
+        surface without rising by more than the cluster tolerance, over teeth by 0.025.
     roll_axis : (3,) array
         That axis on the plate, a unit vector of either sign; zero for none or several.
     yaw_symmetry : int

@@ -127,6 +127,11 @@ class Clusters:
     node_pose: Index  # (N,); that pose
     split: Mask  # (S - 1,) bool; whether a join of the merge tree holds several poses
 
+    @property
+    def run_tolerance(self) -> float:
+        """The same between neighbouring facets of one run; 0 gathers nothing."""
+        return run_tolerance_of(self.tolerance)
+
     def gather(self, probability: Array) -> Array:
         """Sum what the nodes of the merge tree (2 S - 1,) have over the poses (P,)."""
         sums = np.bincount(
@@ -135,10 +140,14 @@ class Clusters:
         return sums.astype(np.float64)
 
 
+def run_tolerance_of(tolerance: float) -> float:
+    """Least rise over the height that parts neighbouring facets of one run."""
+    return max(tolerance, RUN_TOLERANCE) if tolerance > 0.0 else 0.0
+
+
 def gather_clusters(equilibria: Equilibria, tolerance: float) -> Clusters:
     """Gather stable faces into poses; tolerance 0 gathers nothing."""
     tree = equilibria.arrays.tree
-    run_tolerance = max(tolerance, RUN_TOLERANCE) if tolerance > 0.0 else 0.0
     # Of several faces the lowest stands for all, then the largest, but for rounding.
     areas = equilibria.body.arrays.area[equilibria.faces]
     order = group_ties(
@@ -151,7 +160,7 @@ def gather_clusters(equilibria: Equilibria, tolerance: float) -> Clusters:
         np.argsort(np.argsort(order, kind="stable")),
         equilibria.body.run_of_face[equilibria.faces],
         tolerance,
-        run_tolerance,
+        run_tolerance_of(tolerance),
     )
     lowest_face, pose = np.unique(eldest, return_inverse=True)
     pose_of_node, split = part_poses(tree, np.ascontiguousarray(pose[equilibria.rank]))

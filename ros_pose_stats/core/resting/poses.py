@@ -331,7 +331,7 @@ def _make_records(
     group_margin = np.full(len(margins), np.inf)
     np.minimum.at(group_margin, groups, margins)
     margins = group_margin[groups]
-    rolls, axes = rolling_axes(body, downs, resting.heights, clusters.tolerance)
+    rolls, axes = rolling_axes(equilibria, clusters)
     roll_axes = _along_plate(axes, rotations)
     first = clusters.lowest_face[np.unique(groups, return_index=True)[1]]
     yaw = yaw_symmetries(part, equilibria, first, surface)[groups]

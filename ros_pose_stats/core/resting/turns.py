@@ -5,17 +5,22 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..kernels.body.standing import can_roll
-from ..kernels.principal_axes import is_kept
-from ..mesh.vectors import components_along, cross, length, lengths
+from ..kernels.body.standing import LEAN, faces_on_roll
+from ..kernels.principal_axes import is_kept, principal_axes
+from ..mesh.vectors import components_along, cross, length, lengths, scatter
 from ..records import Array, Index, Mask, Part
 from ..tolerances import SYMMETRY
-from . import convex_body, equilibria, symmetry
+from . import convex_body, symmetry
+from .equilibria import Clusters, Equilibria
 
 # Cosine of an axis' angle to the vertical above which a turn about it is no roll
 UPRIGHT = 0.985
 LARGEST_STEP = np.radians(24.8)  # facets of a round surface turn by less
-SAME_AXIS = 1e-3  # sine of the angle within which two axes are one
+LARGEST_PITCH = 2.0 * LARGEST_STEP  # teeth of a toothed one: a tip and a gap
+QUARTER_TURN = np.pi / 2.0
+FEWEST_LOW = 3  # faces that a part which rolls by that stands on
+FEWEST_SUPPORTS = 5  # faces that tell the axis of a curve, as corners do for a run
+SAME_AXIS = 1e-3  # sine of the angle within which axes of runs are one
 LEVEL = 1e-4  # sine of the angle to the axis within which a facet is along it
 NEAR = 0.05  # share of its radius within which a facet is one of a round surface
 # Radians to a neighbour, from which on both are no facets of one curve.
@@ -140,36 +145,96 @@ def _on_full_turns(body: convex_body.ConvexBody) -> Mask:
     return on_full_turn
 
 
-def rolling_axes(
-    body: convex_body.ConvexBody, downs: Array, heights: Array, tolerance: float
-) -> tuple[Mask, Array]:
-    """Which poses roll: can be turned by 90 degrees about a run's axis and stay low.
+def rolling_axes(equilibria: Equilibria, clusters: Clusters) -> tuple[Mask, Array]:
+    """Which poses roll: go on by 90 degrees about an axis and stay low.
 
-    `tolerance`: rise over the height that does not stop a roll. That axis too (P, 3),
-    of either sign; zero where there is none, or several.
+    That axis too (P, 3), of either sign; zero where there is none, or several.
     """
-    rolls = np.zeros(len(downs), dtype=np.bool_)
-    axis = np.zeros((len(downs), 3))
-    remaining_axes = np.array([run.axis for run in body.runs])
-    while len(remaining_axes):
-        candidate = remaining_axes[0]
-        remaining_axes = remaining_axes[
-            lengths(cross(remaining_axes, candidate)) > SAME_AXIS
-        ]
-        for pose in np.flatnonzero(
-            np.abs(components_along(downs, candidate)) < UPRIGHT
-        ).tolist():
-            if can_roll(
-                body.points, downs[pose], candidate, (1.0 + tolerance) * heights[pose]
-            ):
-                axis[pose] = 0.0 if rolls[pose] else candidate
-                rolls[pose] = True
+    body = equilibria.body
+    rolls = np.zeros(len(clusters.lowest_face), dtype=np.bool_)
+    axis = np.zeros((len(rolls), 3))
+    pose_of_face = clusters.pose[equilibria.rank][equilibria.arrays.basin]
+    limit = (1.0 + clusters.tolerance) * equilibria.heights[clusters.lowest_face]
+    is_low = body.arrays.distance <= limit[pose_of_face]
+    low_faces = np.bincount(pose_of_face[is_low], minlength=len(rolls))
+    run_axes = _distinct_axes(body)
+    for pose in np.flatnonzero(low_faces >= FEWEST_LOW).tolist():
+        axes = [*run_axes, *_axis_of_supports(equilibria, clusters, pose)]
+        rolled_axes = np.array(
+            [axis for axis in axes if _rolls_about(axis, equilibria, clusters, pose)]
+        )
+        if not len(rolled_axes):
+            continue
+        rolls[pose] = True
+        if (lengths(cross(rolled_axes, rolled_axes[0])) < LEAN).all():
+            axis[pose] = rolled_axes[0]
     return rolls, axis
+
+
+def _distinct_axes(body: convex_body.ConvexBody) -> list[Array]:
+    """Axes of runs, each once."""
+    distinct_axes = []
+    axes = np.array([run.axis for run in body.runs])
+    while len(axes):
+        distinct_axes.append(axes[0])
+        axes = axes[lengths(cross(axes, axes[0])) > SAME_AXIS]
+    return distinct_axes
+
+
+def _axis_of_supports(
+    equilibria: Equilibria, clusters: Clusters, pose: int
+) -> list[Array]:
+    """Axis that the faces of a pose turn about, if they are enough to tell.
+
+    A spring has no run, for its corners lie on a helix.
+    """
+    downs = equilibria.downs[clusters.is_support & (clusters.pose == pose)]
+    if len(downs) < FEWEST_SUPPORTS:
+        return []
+    offsets = downs - downs.mean(axis=0)
+    return [principal_axes(scatter(offsets))[1][:, 0].copy()]
+
+
+def _rolls_about(
+    axis: Array, equilibria: Equilibria, clusters: Clusters, pose: int
+) -> bool:
+    """Whether a pose goes on by 90 degrees about an axis from tooth to tooth."""
+    body = equilibria.body
+    lowest = int(equilibria.faces[clusters.lowest_face[pose]])
+    down = body.arrays.normal[lowest]
+    if abs(float((down * axis).sum())) >= UPRIGHT:
+        return False
+    low = (1.0 + clusters.tolerance) * body.arrays.distance[lowest]
+    over_tooth = (1.0 + clusters.run_tolerance) * body.arrays.distance[lowest]
+    is_reached = faces_on_roll(
+        body.arrays, body.run_of_face, lowest, axis, low, over_tooth
+    )
+    is_reached &= body.arrays.distance <= low
+    if np.count_nonzero(is_reached) < FEWEST_LOW:
+        return False
+    normal = body.arrays.normal[is_reached]
+    across = cross(axis, down)
+    forth = cross(across, axis)
+    angles = np.sort(
+        np.arctan2(components_along(normal, across), components_along(normal, forth))
+    )
+    return _longest_stretch(angles) >= QUARTER_TURN
+
+
+def _longest_stretch(angles: Array) -> float:
+    """Largest range of rising angles whose neighbours are as near as teeth."""
+    steps = np.diff(angles, append=angles[0] + 2.0 * np.pi)
+    if (steps <= LARGEST_PITCH).all():
+        return 2.0 * np.pi
+    ends = np.flatnonzero(steps > LARGEST_PITCH)
+    begins = (np.roll(ends, 1) + 1) % len(angles)
+    ranges = angles[ends] - angles[begins]
+    return float((ranges % (2.0 * np.pi)).max())
 
 
 def yaw_symmetries(
     part: Part,
-    found_equilibria: equilibria.Equilibria,
+    equilibria: Equilibria,
     lowest: Index,
     trial: Callable[[], symmetry.SurfaceTrial],
 ) -> Index:
@@ -184,16 +249,14 @@ def yaw_symmetries(
     )  # the surface has the file's own facets alone
     for pose, face in enumerate(lowest.tolist()):
         facet = int(
-            components_along(
-                original.arrays.normal, found_equilibria.downs[face]
-            ).argmax()
+            components_along(original.arrays.normal, equilibria.downs[face]).argmax()
         )
         axis = original.arrays.normal[facet]
         if not is_kept(part.inertia, _turn_matrix(axis, np.pi), SYMMETRY):
             continue  # whose axis would be a principal one
         runs = [
             run
-            for run in found_equilibria.body.runs
+            for run in equilibria.body.runs
             if run.full
             and abs(float(components_along(axis[None], run.axis)[0])) > 1.0 - SYMMETRY
         ]

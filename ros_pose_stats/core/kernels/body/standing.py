@@ -5,47 +5,65 @@ import math
 import numpy as np
 
 from ...tolerances import COPLANAR, SAME_POINT
-from ..array_types import Array, Fixed1, Fixed2
-from ..compilation import entry_kernel, kernel
-from ..elementary import sine_cosine
+from ..array_types import Array, Fixed1, Fixed2, FixedIndex1, Flags
+from ..compilation import entry_kernel, inlined, kernel
 from ..sorting import stable_order
-from ..vectors import add, cross, dot, point_at, read_vector, scale
+from ..vectors import dot, point_at, read_vector
 from .convex_body import BodyArrays
 
 POLE = 1e-6
 """Closer than this to +z the axis of the smallest rotation would be rounding noise."""
 
-STEPS = 180
-"""Of half a degree; a polygon of 192 sides rises by at most 0.00013 between them."""
+LEAN = 0.05
+"""How far a part may lean while it rolls: cosine of its axis to the vertical. A bolt
+that lies on head and thread leans by .02 as the thread's point of contact moves."""
 
 
 @entry_kernel
-def can_roll(points: Fixed2, down: Fixed1, axis: Fixed1, height: float) -> bool:
-    """Whether a body can turn by 90 degrees about an axis with its origin that low.
+def faces_on_roll(
+    body: BodyArrays,
+    run: FixedIndex1,
+    lowest: int,
+    axis: Fixed1,
+    height: float,
+    run_height: float,
+) -> Flags:
+    """Faces (F,) that a body rolls over about an axis, its origin no higher than that.
 
-    Turns both ways count together; `down` (3,): what points down at first.
+    It begins on the face `lowest` and may lean by `LEAN`, as a thread does. Between
+    faces of one run (F,) it may rise to `run_height`, as over a tooth.
     """
-    first_down = read_vector(down, 0)
     axis_direction = read_vector(axis, 0)
-    perpendicular = cross(axis_direction, first_down)
-    fixed = scale(axis_direction, dot(axis_direction, first_down))
-    free_steps = 0
-    for sign in (1.0, -1.0):
-        for step in range(1, STEPS + 1):
-            sine, cosine = sine_cosine(sign * step * (0.5 * math.pi / STEPS))
-            turned_down = add(
-                add(scale(first_down, cosine), scale(perpendicular, sine)),
-                scale(fixed, 1.0 - cosine),
-            )
-            height_reached = -math.inf
-            for i in range(points.shape[0]):
-                height_reached = max(
-                    height_reached, dot(point_at(points, i), turned_down)
-                )
-            if height_reached > height:
-                break
-            free_steps += 1
-    return free_steps >= STEPS
+    first_lean = dot(point_at(body.normal, lowest), axis_direction)
+    is_reached = np.zeros(body.distance.shape[0], np.bool_)
+    is_reached[lowest] = True
+    queue = np.empty(body.distance.shape[0], np.int64)
+    queue[0] = lowest
+    size = 1
+    position = 0
+    while position < size:
+        face = queue[position]
+        position += 1
+        for k in range(body.face_start[face], body.face_start[face + 1]):
+            neighbour = body.face[body.twin[k]]
+            lean = dot(point_at(body.normal, neighbour), axis_direction)
+            if is_reached[neighbour] or abs(lean - first_lean) > LEAN:
+                continue
+            is_one_run = run[face] >= 0 and run[face] == run[neighbour]
+            if _height_over(body, k) <= (run_height if is_one_run else height):
+                is_reached[neighbour] = True
+                queue[size] = neighbour
+                size += 1
+    return is_reached
+
+
+@inlined
+def _height_over(body: BodyArrays, k: int) -> float:
+    """Greatest height of the origin on the way over a polygon side."""
+    twin = body.twin[k]
+    if body.inset[k] > 0.0 and body.inset[twin] > 0.0:
+        return float(max(body.reach[k], body.reach[twin]))
+    return float(max(body.distance[body.face[k]], body.distance[body.face[twin]]))
 
 
 @entry_kernel
