@@ -25,6 +25,7 @@ from scipy.stats import binom
 from lab.bodies.families import FAMILIES, family_part
 from lab.bodies.rocking import ROCKING
 from lab.frame.results import Cell, Row, Section, Target
+from lab.frame.timing import timed
 from lab.training.split.samples import FIT_SEED, read_samples
 from ros_pose_stats import Part, PoseStatistics, auto, estimate, resting_poses, simulate
 from ros_pose_stats.core.planning import confidence
@@ -32,7 +33,7 @@ from ros_pose_stats.core.records.scene import DEFAULT_RESTITUTION
 from ros_pose_stats.core.statistics.prior import PosePrior, prior_fit
 
 from .program import benchmark_parser, run_benchmark
-from .real_files import files_in, loaded, timed
+from .real_files import files_in, loaded
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -7,15 +7,14 @@ The page names no files, only how many there are and what tells the slow ones ap
 from __future__ import annotations
 
 import sys
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from statistics import median
-from typing import TypeVar
 
 import numpy as np
 
 from lab.frame.results import Row, Section, Target
+from lab.frame.timing import timed
 from ros_pose_stats import (
     Part,
     estimate,
@@ -29,8 +28,6 @@ from ros_pose_stats.core.mesh.files import SUFFIXES
 from ros_pose_stats.core.simulation.drops import DropChunk
 
 from .program import benchmark_parser, run_benchmark
-
-Answer = TypeVar("Answer")
 
 FIRST = 100
 SECONDS = 1.0
@@ -106,13 +103,6 @@ def measure(part: Part) -> dict[str, float | int]:
 def _estimate_seconds(part: Part) -> float:
     new_part = part_from_mesh(part.vertices, part.triangles)
     return timed(lambda: estimate(new_part, "split"))[1]
-
-
-def timed(call: Callable[[], Answer]) -> tuple[Answer, float]:
-    """What a call returns, and its processor time in seconds, of all threads."""
-    begin = time.process_time()
-    answer = call()
-    return answer, time.process_time() - begin
 
 
 def summary(rows: Sequence[Row]) -> Section:
