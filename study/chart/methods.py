@@ -6,16 +6,15 @@ from __future__ import annotations
 
 import gc
 import math
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from statistics import median
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ros_pose_stats import estimate
+from lab.frame.timing import timed
+from ros_pose_stats import auto, estimate
 from ros_pose_stats.core.estimators import ESTIMATORS
 from ros_pose_stats.core.planning.hybrid import hybrid
 from ros_pose_stats.core.records import PoseStatistics
@@ -27,8 +26,6 @@ from ..errors.simulated_poses import pooled
 from ..estimates import estimates
 from ..figures.speed_accuracy import ChartPoint
 from .bodies import Mesh, Size
-
-Array = NDArray[np.float64]
 
 REPEATS = 3
 """Calls of an estimator for a part, of which the median counts."""
@@ -55,7 +52,8 @@ class Effort(NamedTuple):
     parts : int
         Most parts on which estimators are timed.
     drops_timed : int
-        Drops that the simulation is timed on, about, for each number of drops and restitution.
+        Drops that the simulation is timed on, about, for each number of drops and
+        restitution.
     drops : tuple of int
         Numbers of drops, each a point of the simulation.
     combined : tuple of int
@@ -70,7 +68,7 @@ class Effort(NamedTuple):
     combined: tuple[int, ...] = COMBINED
     fewest: int = 4
 
-    def time_call(self, drops: int) -> int:
+    def parts_timed(self, drops: int) -> int:
         """Number of parts to time where each takes so many drops."""
         return min(max(self.drops_timed // drops, self.fewest), self.parts)
 
@@ -109,12 +107,12 @@ def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
             [
                 {"": partial(_run_simulation, size, mesh, drops, restitution)}
                 for restitution in size.simulated
-                for mesh in pick_meshes(size.meshes, effort.time_call(drops))
+                for mesh in pick_meshes(size.meshes, effort.parts_timed(drops))
             ]
         )
         noise = noise_of(simulated, drops)
         yield ChartPoint(
-            f"n = {drops:,}".replace(",", " "),
+            _drops_text(drops),
             "simulation",
             took[""],
             noise.error,
@@ -168,59 +166,82 @@ SERIES = "hybrid"
 SEED = 31
 """Seed of the drops, with the body's number; the reference has other seeds."""
 
+Answer = Callable[[Mesh, float, int], PoseStatistics]
+"""Of a body, a restitution and the body's number."""
+
 
 def combined_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
-    """A point for each number of drops, measured against the reference on all bodies.
-
-    The reference has other drops, so that its noise can be taken off.
-    """
-    simulated = pooled(list(size.simulated.values()))
+    """A point for each number of drops beside an estimate."""
     for drops in effort.combined:
-        took = medians(
-            [
-                {"": partial(_run_hybrid, size, mesh, drops, restitution, 1)}
-                for restitution in size.simulated
-                for mesh in pick_meshes(size.meshes, effort.time_call(drops))
-            ]
-        )
-        values = [
-            _combined_shares(size, mesh, drops, restitution, number)
-            for restitution in size.simulated
-            for number, mesh in enumerate(size.meshes)
-        ]
-        yield measured_point(
-            f"n = {drops:,}".replace(",", " "),
+        yield _answered_point(
+            size,
+            _drops_text(drops),
             "hybrid",
-            took[""],
-            accuracy(np.concatenate(values), simulated),
+            *_answers(size, partial(_run_hybrid, size, drops)),
             SERIES,
         )
 
 
-def _combined_shares(
-    size: Size, mesh: Mesh, drops: int, restitution: float, number: int
-) -> Array:
-    """Probabilities (P,) by `index`, of hybrid with drops of its own."""
-    seed = np.random.SeedSequence((SEED, number, round(restitution * 1e9)))
-    statistics = _run_hybrid(
-        size, mesh, drops, restitution, int(seed.generate_state(1, np.uint64)[0])
+def default_point(size: Size) -> ChartPoint:
+    """The point of `auto` without a target, as everybody gets it: it decides itself how
+    often to drop, and has seed 1 for every part. Its name tells the median of the drops.
+    """
+    answers, seconds = _answers(size, partial(_run_auto, size))
+    drops = round(median(statistics.drops for statistics in answers))
+    return _answered_point(
+        size, f"default answer, {_drops_text(drops)}", "default", answers, seconds
     )
-    return np.array(
-        [
-            pose.probability
-            for pose in sorted(statistics.poses, key=lambda one: one.index)
-        ]
+
+
+def _drops_text(drops: int) -> str:
+    return f"n = {drops:,}".replace(",", " ")
+
+
+def _answers(size: Size, answer: Answer) -> tuple[list[PoseStatistics], float]:
+    """Answers at each restitution for all bodies, and their median time in seconds."""
+    answers, seconds = zip(
+        *(
+            timed(partial(answer, mesh, restitution, number))
+            for restitution in size.simulated
+            for number, mesh in enumerate(size.meshes)
+        ),
+        strict=True,
+    )
+    return list(answers), median(seconds)
+
+
+def _answered_point(
+    size: Size,
+    name: str,
+    kind: str,
+    answers: Sequence[PoseStatistics],
+    seconds: float,
+    series: str | None = None,
+) -> ChartPoint:
+    """Make a point of answers with drops of their own.
+
+    The reference has other drops, so that its noise can be taken off.
+    """
+    probabilities = [
+        pose.probability
+        for statistics in answers
+        for pose in statistics.by_index.values()
+    ]
+    simulated = pooled(list(size.simulated.values()))
+    return measured_point(
+        name, kind, seconds, accuracy(probabilities, simulated), series
     )
 
 
 def _run_hybrid(
-    size: Size, mesh: Mesh, drops: int, restitution: float, seed: int
+    size: Size, drops: int, mesh: Mesh, restitution: float, number: int
 ) -> PoseStatistics:
+    seed = np.random.SeedSequence((SEED, number, round(restitution * 1e9)))
     return hybrid(
         mesh.part(),
         drops,
         restitution,
-        seed,
+        int(seed.generate_state(1, np.uint64)[0]),
         size.height,
         workers=1,
         cluster_tolerance=size.cluster_tolerance,
@@ -228,12 +249,23 @@ def _run_hybrid(
     )
 
 
+def _run_auto(size: Size, mesh: Mesh, restitution: float, _: int) -> PoseStatistics:
+    return auto(
+        mesh.part(),
+        restitution=restitution,
+        drop_height=size.height,
+        workers=1,
+        cluster_tolerance=size.cluster_tolerance,
+        round_sides=size.round_sides,
+    )
+
+
 Call = Callable[[], object]
-Result = TypeVar("Result")
 
 
 def medians(parts: Sequence[Mapping[str, Call]], times: int = 1) -> dict[str, float]:
-    """Seconds of each method: the median over parts of the median of a few calls.
+    """Processor time of each method, seconds: the median over parts of the median of a
+    few calls.
 
     Parameters
     ----------
@@ -243,33 +275,14 @@ def medians(parts: Sequence[Mapping[str, Call]], times: int = 1) -> dict[str, fl
         Calls of each method for a part, all methods taking turns.
     """
     gc.collect()
-    for call in parts[0].values():  # the first call prepares what is made only once
+    # The first call prepares what is made only once.
+    for call in parts[0].values():
         call()
     seconds_of: dict[str, list[float]] = {name: [] for name in parts[0]}
     for calls in parts:
         turns = [
-            {name: _time_once(call) for name, call in calls.items()}
-            for _ in range(times)
+            {name: timed(call)[1] for name, call in calls.items()} for _ in range(times)
         ]
         for name, seconds in seconds_of.items():
             seconds.append(median(turn[name] for turn in turns))
     return {name: median(seconds) for name, seconds in seconds_of.items()}
-
-
-def time_call(call: Callable[[], Result]) -> tuple[float, Result]:
-    """Seconds of a call, the garbage collector held off as in `timeit`, and its
-    result.
-    """
-    is_enabled = gc.isenabled()
-    gc.disable()
-    try:
-        begin = time.perf_counter()
-        result = call()
-        return time.perf_counter() - begin, result
-    finally:
-        if is_enabled:
-            gc.enable()
-
-
-def _time_once(call: Call) -> float:
-    return time_call(call)[0]  # freeing the result is not timed

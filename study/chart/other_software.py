@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from trimesh.poses import compute_stable_poses
 
+from lab.frame.timing import timed
 from ros_pose_stats.core.resting.poses import RestingPoses
 
 from ..errors.partition import accuracy
@@ -19,7 +20,7 @@ from ..errors.simulated_poses import SimulatedPoses, pooled
 from ..figures.speed_accuracy import ChartPoint
 from ..mujoco_drops import Plate, available, drop_in_mujoco, fit_contact
 from .bodies import Size
-from .methods import measured_point, time_call
+from .methods import measured_point
 
 Array = NDArray[np.float64]
 
@@ -50,7 +51,7 @@ def trimesh_points(size: Size, parts: int) -> Iterator[ChartPoint]:
     seconds = []
     for mesh, resting in zip(size.meshes[:chosen], size.restings, strict=False):
         body = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
-        took, answer = time_call(
+        answer, took = timed(
             partial(compute_stable_poses, body, center_mass=mesh.center_of_mass)
         )
         seconds.append(took)

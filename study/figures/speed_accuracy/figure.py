@@ -24,7 +24,7 @@ from .points import (
 )
 
 SUBTITLE = (
-    "Time: median over parts, one core. Error: root mean square over poses, pooled "
+    "Time: of one core, median over parts. Error: root mean square over poses, pooled "
     "over the coefficients of restitution 0.2, 0.5\nand 0.8, against the limit of the "
     "drop simulation for ever more drops; noise of the reference removed."
 )
@@ -33,7 +33,7 @@ SUBTITLE = (
 WIDTH = 10.0
 PANEL = 4.1
 GAP = 0.68
-HEAD = 1.45
+HEAD = 1.65
 FOOT = 0.62
 """Of the figure, of a panel with what is above it, of the latter alone, and of what is
 above and below all panels, inches.
@@ -135,7 +135,7 @@ def _head(figure: Figure, subtitle: str, points: Sequence[ChartPoint]) -> None:
         handles=markers,
         loc="upper left",
         bbox_to_anchor=(0.009, 1.0 - 0.86 * inch),
-        ncols=len(markers),
+        ncols=math.ceil(len(markers) / 2),
         frameon=False,
         fontsize=9.5,
         labelcolor=INK,

@@ -80,7 +80,10 @@ def write_names(
     inks = {}
     for point in points:
         if point.kind not in ESTIMATORS:
-            labels.place_text(point.name, _positions([point]), color=INK)
+            weight = "bold" if point.kind == "default" else "normal"
+            labels.place_text(
+                point.name, _positions([point]), color=INK, fontweight=weight
+            )
             inks[point.series] = KINDS[point.kind].ink
     for name, line in series.items():
         middles = np.sqrt(line[1:] * line[:-1]) if len(line) > 1 else line

@@ -42,6 +42,7 @@ COMBINED = next(method.title for method in METHODS if method.name == FITTED_METH
 KINDS = {
     "paper": Kind("#A9C4D6", "#767676", "o", "estimator of the paper or before it"),
     "estimator": Kind("#0072B2", "#00537F", "*", "estimator", 11.0),
+    "default": Kind("#1a1a1a", "#1a1a1a", "P", "default answer (auto)", 9.0),
     "hybrid": Kind("#CC79A7", "#8F4B74", "D", f"{COMBINED} and n drops (hybrid)"),
     "simulation": Kind("#D55E00", "#A34800", "s", "n drops"),
     "outside": Kind("#009E73", "#006B4E", "^", "other software"),
@@ -59,7 +60,7 @@ class ChartPoint(NamedTuple):
     name : str
         Written beside it; within a series what tells its points apart, such as "n = 100".
     kind : str
-        "paper" (faded), "estimator", "hybrid", "simulation" or "outside".
+        "paper" (faded), "estimator", "default", "hybrid", "simulation" or "outside".
     seconds : float
         Time of a part on one core, above 0.
     error : float
@@ -68,7 +69,8 @@ class ChartPoint(NamedTuple):
         Bounds of the error as fractions of 1, low <= high. A bar that begins at 0 or below is
         drawn from the end of the axis.
     series : str or None
-        Points of one series are joined, and its name is written once. Estimators have none.
+        Points of one series are joined, and its name is written once. Estimators and the
+        default answer have none.
     """
 
     name: str

@@ -53,7 +53,14 @@ class TestChart:
             }
             assert names == set(TITLES)
             kinds = {point["kind"] for point in entry["points"]}
-            assert kinds == {"paper", "estimator", "hybrid", "simulation", "outside"}
+            assert kinds == {
+                "paper",
+                "estimator",
+                "default",
+                "hybrid",
+                "simulation",
+                "outside",
+            }
             for point in entry["points"]:
                 assert 0.0 < point["seconds"] < 600.0
                 assert 0.0 <= point["low"] <= point["error"] <= point["high"] < 1.0
@@ -98,8 +105,32 @@ class TestChart:
             points = {point["name"]: point["error"] for point in entry["points"]}
             assert points["trimesh.poses"] == pytest.approx(points["QSE"], abs=1e-6)
 
+    def test_the_default_answer_is_within_its_target_and_better_than_its_estimate(
+        self, sizes
+    ):
+        """The target is kept for a part with 90 %, so by all of them together."""
+        for entry in sizes:
+            (answer,) = (
+                point for point in entry["points"] if point["kind"] == "default"
+            )
+            assert answer["name"].startswith("default answer, n = ")
+            assert answer["error"] < 0.02
+            estimates = [
+                point["error"]
+                for point in entry["points"]
+                if point["kind"] in ("paper", "estimator")
+            ]
+            assert answer["error"] < min(estimates)
+
     def test_it_is_drawn_with_every_name(self, sizes, drawing):
-        assert_written(drawing, *TITLES, "trimesh.poses", "drop simulation", "hybrid")
+        assert_written(
+            drawing,
+            *TITLES,
+            "trimesh.poses",
+            "drop simulation",
+            "hybrid",
+            "default answer (auto)",
+        )
 
 
 @pytest.mark.parametrize("kind", ["chart", "prisms", "stability", "plates", "figures"])
