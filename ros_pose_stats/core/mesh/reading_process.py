@@ -15,6 +15,7 @@ import os
 import signal
 import sys
 import zipfile
+from collections.abc import Callable
 from xml.parsers import expat
 
 ANGLE = 0.131
@@ -40,6 +41,12 @@ MOST_DEPTH = 100
 MOST_TRIANGLES = 10_000_000
 MOST_VERTICES = 30_000_000
 """Of a 3MF file, with every object as often as it is placed."""
+
+NO_MODEL = ("support", "solidsupport", "other")
+"""Types of the objects in a 3MF file that a printer makes or shows beside the part."""
+
+ROOT_TYPE = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
+"""Type of the relationship that names the model of a 3MF file which has the build."""
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 """Three rows of a matrix that leaves everything in its place."""
@@ -122,6 +129,7 @@ class Object:
         self.vertices = array.array("d")
         self.corners = array.array("q")
         self.components: list[Reference] = []
+        self.is_model = True
 
 
 class Archive:
@@ -135,7 +143,7 @@ class Archive:
         self.objects: dict[tuple[str, str], Object] = {}
         self.items: list[Reference] = []
         self.unit = "millimeter"  # of a file that names none
-        self.root = next(name for name in self._names if "3d/3dmodel.model" in name)
+        self.root = self._root()
         self._read(self.root)
 
     def instances(self) -> list[Reference]:
@@ -144,11 +152,22 @@ class Archive:
         triangles = 0
         vertices = 0
         visits = 0
-        stack = [(key, matrix, 1) for key, matrix in order_like_trimesh(self.items)]
+        built = [item for item in self.items if self._object(item[0]).is_model]
+        if not built:
+            raise RefusedError(
+                "a model in its build",
+                "only objects that are none, as supports are"
+                if self.items
+                else "an empty build",
+                "place the part on the build plate, and export it again",
+            )
+        stack = [(key, matrix, 1) for key, matrix in order_like_trimesh(built)]
         while stack:
             key, matrix, depth = stack.pop()
             mesh = self._object(key)
             visits += 1
+            if not mesh.is_model:
+                continue
             triangles += len(mesh.corners) // 3
             vertices += len(mesh.vertices) // 3
             placed = visits + len(stack) + len(mesh.components)
@@ -175,14 +194,27 @@ class Archive:
             )
         return self.objects[key]
 
+    def _root(self) -> str:
+        """The model that the file's relationships name; else the usual one."""
+        roots = []
+
+        def start(tag: str, fields: dict[str, str]) -> None:
+            is_relationship = tag.rpartition(":")[2] == "Relationship"
+            if is_relationship and fields.get("Type") == ROOT_TYPE:
+                roots.append(fields["Target"].strip("/").lower())
+
+        if "_rels/.rels" in self._names:
+            self._parse("_rels/.rels", start)
+        roots += [name for name in self._names if "3d/3dmodel.model" in name]
+        for root in roots:
+            if root in self._names:
+                return root
+        raise RefusedError("a model in it", "none", "export it again")
+
     def _read(self, model: str) -> None:
         """Read one model of the file."""
         self._models.add(model)
-        parser = expat.ParserCreate()
         current = Object()
-
-        def refuse(*_: object) -> None:
-            raise RefusedError("no entities of its own", "some", "export it again")
 
         def start(tag: str, fields: dict[str, str]) -> None:
             nonlocal current
@@ -197,6 +229,7 @@ class Archive:
                     )
                 case "object":
                     current = self.objects[model, fields["id"]] = Object()
+                    current.is_model = fields.get("type") not in NO_MODEL
                 case "component":
                     current.components.append(reference(fields))
                 case "item" if model == self.root:
@@ -212,9 +245,26 @@ class Archive:
                     break
             return (path.strip("/").lower(), fields["objectid"]), placement(fields)
 
+        self._parse(model, start)
+        for mesh in self.objects.values():
+            count = len(mesh.vertices) // 3
+            if mesh.corners and not 0 <= min(mesh.corners) <= max(mesh.corners) < count:
+                raise RefusedError(
+                    "triangles between vertices of their object",
+                    "others",
+                    "export it again",
+                )
+
+    def _parse(self, name: str, start: Callable[[str, dict[str, str]], None]) -> None:
+        """Call `start` with each element of an XML file in the archive."""
+
+        def refuse(*_: object) -> None:
+            raise RefusedError("no entities of its own", "some", "export it again")
+
+        parser = expat.ParserCreate()
         parser.StartElementHandler = start
         parser.EntityDeclHandler = refuse
-        with self._zip.open(self._names[model]) as stream:
+        with self._zip.open(self._names[name]) as stream:
             while piece := stream.read(2**20):
                 self._expanded += len(piece)
                 if self._expanded > MOST_EXPANDED:
@@ -225,14 +275,6 @@ class Archive:
                     )
                 parser.Parse(piece, False)
         parser.Parse(b"", True)
-        for mesh in self.objects.values():
-            count = len(mesh.vertices) // 3
-            if mesh.corners and not 0 <= min(mesh.corners) <= max(mesh.corners) < count:
-                raise RefusedError(
-                    "triangles between vertices of their object",
-                    "others",
-                    "export it again",
-                )
 
 
 def check_limit(number: int, limit: int, noun: str) -> None:

@@ -77,6 +77,35 @@ def test_a_mirrored_object_is_turned_back(tmp_path, block):
     assert trimesh.Trimesh(part.vertices, part.triangles).volume == pytest.approx(6e-6)
 
 
+TETRAHEDRON = (
+    "<mesh><vertices>"
+    + "".join(
+        f'<vertex x="{x}" y="{y}" z="{z}"/>'
+        for x, y, z in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
+    )
+    + "</vertices><triangles>"
+    + "".join(
+        f'<triangle v1="{a}" v2="{b}" v3="{c}"/>'
+        for a, b, c in ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
+    )
+    + "</triangles></mesh>"
+)
+
+
+def archive_of(folder, objects, build, root="3D/3dmodel.model", **files):
+    """A 3MF file in metres; `files`: others beside the model in `root`."""
+    path = folder / "model.3mf"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+        archive.writestr(
+            root,
+            f'<model unit="meter"><resources>{objects}</resources>'
+            f"<build>{build}</build></model>",
+        )
+    return path
+
+
 def model_of(folder, objects, built):
     """A 3MF file of a tetrahedron, other objects (number: components), and one that is
     built.
@@ -85,29 +114,11 @@ def model_of(folder, objects, built):
         f'<object id="{number}"><components>{components}</components></object>'
         for number, components in objects.items()
     )
-    mesh = (
-        "<vertices>"
-        + "".join(
-            f'<vertex x="{x}" y="{y}" z="{z}"/>'
-            for x, y, z in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
-        )
-        + "</vertices><triangles>"
-        + "".join(
-            f'<triangle v1="{a}" v2="{b}" v3="{c}"/>'
-            for a, b, c in ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
-        )
-        + "</triangles>"
+    return archive_of(
+        folder,
+        f'<object id="1">{TETRAHEDRON}</object>{inside}',
+        f'<item objectid="{built}"/>',
     )
-    path = folder / "model.3mf"
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr(
-            "3D/3dmodel.model",
-            (
-                f'<model unit="meter"><resources><object id="1"><mesh>{mesh}</mesh></object>{inside}'
-                f'</resources><build><item objectid="{built}"/></build></model>'
-            ),
-        )
-    return path
 
 
 def placed(number, x=0):
@@ -121,6 +132,42 @@ def test_components_in_components_are_all_in_their_places(tmp_path):
     assert len(part.triangles) == 4 * 2**10
     corners = part.vertices[part.triangles].reshape(-1, 12, 3)[:, :, 0].min(axis=1)
     assert sorted(corners) == [2.0 * k for k in range(2**10)]
+
+
+@pytest.mark.parametrize("kind", ["support", "solidsupport", "other"])
+def test_what_a_printer_makes_beside_the_model_is_not_the_part(tmp_path, kind):
+    objects = (
+        f'<object id="1" type="model">{TETRAHEDRON}</object>'
+        f'<object id="2" type="{kind}">{TETRAHEDRON}</object>'
+        f'<object id="3"><components>{placed(1)}{placed(2, 1)}</components></object>'
+    )
+    beside = '<item objectid="2" transform="1 0 0 0 1 0 0 0 1 .5 0 0"/>'
+    path = archive_of(tmp_path, objects, '<item objectid="3"/>' + beside)
+    assert len(load_part(path).triangles) == 4
+    message = refused(archive_of(tmp_path, objects, beside))
+    assert "a model in its build" in message
+    assert "only objects that are none" in message
+
+
+def test_an_empty_build_is_said_as_it_is(tmp_path):
+    path = archive_of(tmp_path, f'<object id="1">{TETRAHEDRON}</object>', "")
+    assert "an empty build" in refused(path)
+
+
+def test_the_model_lies_where_the_relationships_say(tmp_path):
+    relationship = (
+        '<Relationships><Relationship Target="/3D/{}" Id="r" Type="http://schemas.'
+        'microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>'
+    )
+    build = '<item objectid="1"/>'
+    objects = f'<object id="1">{TETRAHEDRON}</object>'
+    for decoy in ({}, {"3D/3dmodel.model": "<model/>"}):
+        files = {"_rels/.rels": relationship.format("part.model"), **decoy}
+        path = archive_of(tmp_path, objects, build, "3D/part.model", **files)
+        assert len(load_part(path).triangles) == 4
+    assert "a model in it" in refused(
+        archive_of(tmp_path, objects, build, "3D/part.model")
+    )
 
 
 @pytest.mark.parametrize(
