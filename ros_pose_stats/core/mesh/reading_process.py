@@ -1,33 +1,37 @@
-"""A program of its own that reads STEP or 3MF files from standard input.
+"""A program of its own that reads mesh files from standard input.
 
 On some damaged files OpenCASCADE ends the whole process, and it prints as it likes; a
-small 3MF file can stand for more than any memory holds. Here that harms nobody. Of
-`cascadio` only the compiled core is loaded, since its own module loads all of trimesh
-and takes ten times as long; 3MF is read with the standard library alone.
+small file can stand for more than any memory holds, or take hours. Here that harms
+nobody: memory is bounded, and whoever started it ends it in time. All but STEP is read
+with the standard library alone, since NumPy and trimesh take longer to load than most
+files to read.
 """
 
-import array
 import ctypes
-import importlib.util
 import io
 import json
 import os
+import resource
 import signal
 import sys
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import BinaryIO
 from xml.parsers import expat
 
-ANGLE = 0.131
-"""A little over 7.5 degrees, half of which an arc spans at most: 96 sides a turn,
-whatever the radius, and whole sides in every arc of a multiple of 15 degrees, so that
-the halves and quarters into which CAD systems divide a circle are regular. Half of the
-sides that round surfaces have in drops."""
+from . import step_files, text_formats
+from .raw_meshes import (
+    IDENTITY,
+    RawMesh,
+    RawScene,
+    RefusedError,
+    Rows,
+    multiply,
+    scene_of,
+)
 
-LINEAR = 1.5e-3
-"""Largest distance from the true curve, as a fraction of each edge, so that a hole has
-as many sides as a rim a thousand times its size, whatever the unit. On circles the
-angle decides; at 1e-3 this would divide some of them by 100."""
+MOST_MEMORY = 3 * 2**29
+"""Bytes of addresses: 1.5 GiB."""
 
 PR_SET_PDEATHSIG = 1  # of Linux's `prctl`
 
@@ -48,86 +52,113 @@ NO_MODEL = ("support", "solidsupport", "other")
 ROOT_TYPE = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
 """Type of the relationship that names the model of a 3MF file which has the build."""
 
-IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
-"""Three rows of a matrix that leaves everything in its place."""
+_TEXT_READERS = {
+    "stl": text_formats.read_text_stl,
+    "obj": text_formats.read_obj,
+    "ply": text_formats.read_ply,
+    "off": text_formats.read_off,
+}
 
 
-def main(parent: int, folder: str) -> None:
+def main(parent: int, kind: str, most_bytes: int, folder: str) -> None:
     """Read standard input for a parent.
 
-    `folder`: where cascadio is, for STEP; empty for 3MF.
+    `kind`: suffix of the file; `most_bytes`: of the arrays of all that is placed;
+    `folder`: where cascadio is, for STEP.
     """
     die_with(parent)
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
     answer = os.dup(1)
-    os.dup2(2, 1)
-    convert = tessellate if folder else unpack
+    os.dup2(2, 1)  # whatever prints must not come between the answer
     with os.fdopen(answer, "wb") as output:
-        for piece in convert(sys.stdin.buffer.read(), folder):
-            output.write(piece)
+        try:
+            scene = read_scene(kind, sys.stdin.buffer.read(), folder)
+            check_size(scene, most_bytes)
+        except RefusedError as refusal:
+            write_head(output, {"refused": refusal.args})
+        except MemoryError:
+            raise
+        except Exception as error:  # its words may be those of the file
+            write_head(output, {"unreadable": type(error).__name__})
+        else:
+            write_scene(output, scene)
 
 
-def tessellate(data: bytes, folder: str) -> list[bytes]:
-    """A GLB file of a STEP file."""
-    sys.path.insert(0, folder)
-    package = importlib.util.find_spec("cascadio")
-    assert package is not None
-    sys.modules["cascadio"] = importlib.util.module_from_spec(package)
-    from cascadio import _core
+def read_scene(kind: str, data: bytes, folder: str) -> RawScene:
+    """The meshes of a file."""
+    if kind == "step":
+        return step_files.read_step(data, folder)
+    if kind == "3mf":
+        try:
+            return read_3mf(data)
+        except RefusedError as refusal:
+            expected, problem, remedy = refusal.args
+            raise RefusedError(f"a 3MF file with {expected}", problem, remedy) from None
+    return scene_of(_TEXT_READERS[kind](data))
 
-    # One thread, so that the order of the triangles is never a matter of chance.
-    return [
-        _core.to_glb_bytes(
-            data,
-            _core.FileType.STEP,
-            tol_linear=LINEAR,
-            tol_angular=ANGLE,
-            tol_relative=True,
-            use_parallel=False,
+
+def check_size(scene: RawScene, most_bytes: int) -> None:
+    """Refuse what would fill the memory of whoever asked."""
+    sizes = [8 * (len(mesh.vertices) + len(mesh.corners)) for mesh in scene.meshes]
+    if sum(sizes[number] for number, _ in scene.placed) > most_bytes:
+        raise RefusedError(
+            f"a mesh of at most {most_bytes / 1e6:.4g} MB in memory",
+            "a larger one",
+            "decimate it, or export single parts",
         )
-    ]
 
 
-def unpack(data: bytes, _: str) -> list[bytes]:
-    """JSON about a 3MF file in a line, then coordinates and corners of its objects."""
-    try:
-        archive = Archive(data)
-        instances = archive.instances()
-    except RefusedError as refusal:
-        return [json.dumps({"refused": refusal.args}).encode()]
-    except Exception as error:  # whatever else is wrong with the file
-        return [json.dumps({"unreadable": f"{type(error).__name__}: {error}"}).encode()]
-    keys = list(dict.fromkeys(key for key, _ in instances))
-    objects = [archive.objects[key] for key in keys]
-    number = {key: position for position, key in enumerate(keys)}
+def write_head(output: BinaryIO, head: Mapping[str, object]) -> None:
+    """Write the first line of the answer, in JSON."""
+    output.write(json.dumps(head).encode() + b"\n")
+
+
+def write_scene(output: BinaryIO, scene: RawScene) -> None:
+    """Write what is in the file, then coordinates and corners of each mesh."""
     head = {
-        "unit": archive.unit,
-        "sizes": [(len(mesh.vertices), len(mesh.corners)) for mesh in objects],
-        "placed": [(number[key], matrix) for key, matrix in instances],
+        "unit": scene.unit,
+        "sizes": [(len(mesh.vertices), len(mesh.corners)) for mesh in scene.meshes],
+        "placed": scene.placed,
     }
-    return [
-        json.dumps(head).encode() + b"\n",
-        *(
-            numbers.tobytes()
-            for mesh in objects
-            for numbers in (mesh.vertices, mesh.corners)
-        ),
-    ]
+    write_head(output, head)
+    for mesh in scene.meshes:
+        output.write(mesh.vertices)
+        output.write(mesh.corners)
 
 
-Reference = tuple[tuple[str, str], tuple[float, ...]]
+METRES_3MF = {
+    "micron": 1e-6,
+    "millimeter": 1e-3,
+    "centimeter": 1e-2,
+    "inch": 0.0254,
+    "foot": 0.3048,
+    "meter": 1.0,
+}
+"""The six units of the 3MF core specification."""
+
+
+def read_3mf(data: bytes) -> RawScene:
+    """What a 3MF file builds: its objects, each as often as it is placed."""
+    archive = Archive(data)
+    instances = archive.instances()
+    keys = list(dict.fromkeys(key for key, _ in instances))
+    number = {key: position for position, key in enumerate(keys)}
+    return RawScene(
+        [archive.objects[key] for key in keys],
+        [(number[key], matrix) for key, matrix in instances],
+        METRES_3MF.get(archive.unit.strip().lower().rstrip("s")),
+    )
+
+
+Reference = tuple[tuple[str, str], Rows]
 """An object, by its model and its id, and the rows of the matrix that places it."""
 
 
-class RefusedError(Exception):
-    """What was expected, what came, and what to do."""
-
-
-class Object:
+class Object(RawMesh):
     """An object of a 3MF file: its own mesh, and other objects in it."""
 
     def __init__(self) -> None:
-        self.vertices = array.array("d")
-        self.corners = array.array("q")
+        super().__init__()
         self.components: list[Reference] = []
         self.is_model = True
 
@@ -189,7 +220,7 @@ class Archive:
         if key not in self.objects:
             raise RefusedError(
                 "every object that is built to be in it",
-                f"none with id {key[1]!r}",
+                "one that is not",
                 "export it again",
             )
         return self.objects[key]
@@ -247,13 +278,7 @@ class Archive:
 
         self._parse(model, start)
         for mesh in self.objects.values():
-            count = len(mesh.vertices) // 3
-            if mesh.corners and not 0 <= min(mesh.corners) <= max(mesh.corners) < count:
-                raise RefusedError(
-                    "triangles between vertices of their object",
-                    "others",
-                    "export it again",
-                )
+            mesh.check_corners()
 
     def _parse(self, name: str, start: Callable[[str, dict[str, str]], None]) -> None:
         """Call `start` with each element of an XML file in the archive."""
@@ -301,7 +326,7 @@ def order_like_trimesh(placed: list[Reference]) -> list[Reference]:
     return [*references[1:], *references[:1]]
 
 
-def placement(fields: dict[str, str]) -> tuple[float, ...]:
+def placement(fields: dict[str, str]) -> Rows:
     """The rows of the matrix of an element, which the file has column by column."""
     if "transform" not in fields:
         return IDENTITY
@@ -313,18 +338,6 @@ def placement(fields: dict[str, str]) -> tuple[float, ...]:
     return tuple(values[3 * column + row] for row in range(3) for column in range(4))
 
 
-def multiply(first: tuple[float, ...], second: tuple[float, ...]) -> tuple[float, ...]:
-    """The matrix that does the second, then the first."""
-    if first is IDENTITY or second is IDENTITY:
-        return second if first is IDENTITY else first
-    return tuple(
-        sum(first[4 * row + k] * second[4 * k + column] for k in range(3))
-        + (first[4 * row + 3] if column == 3 else 0.0)
-        for row in range(3)
-        for column in range(4)
-    )
-
-
 def die_with(parent: int) -> None:
     """Have this process end when its parent does, even by `kill -9`.
 
@@ -334,7 +347,3 @@ def die_with(parent: int) -> None:
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:  # it was quicker
         os._exit(1)
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]), sys.argv[2])
