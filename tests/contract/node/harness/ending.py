@@ -8,23 +8,14 @@ from pathlib import Path
 
 import rclpy
 
-from ros_pose_stats.node import node
 from ros_pose_stats.tools import cli
 
 LEAVING = "/leaving"
 """The namespace of which nodes are listed."""
 
 
-def take_time_to_end():
-    """Have a node see its clients off, however busy the machine is."""
-    node.KILL_SECONDS = 240.0
-    node.END_SECONDS = node.LAST_SECONDS = 120.0
-    node.QUIET_SECONDS = 1.0
-
-
 def main():
     """Run the command, which ends in `os._exit` after ROS has been shut down."""
-    take_time_to_end()
     end = os._exit
     shut_down = rclpy.try_shutdown
     nodes = []
