@@ -16,7 +16,7 @@ from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import Facets, hull_of_corners, hull_of_part
 from ..mesh.vectors import lengths, scatter
 from ..records import Array, Index, Part
-from . import reshaping, rims, round_surfaces, thinning
+from . import reshaping, rims, round_surfaces, strips, thinning
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +132,7 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
             arrays,
             tolerance,
             runs,
-            rims.number_strips(points, arrays, groups, outline.chains),
+            strips.number_strips(points, arrays, groups, outline.chains),
             0,
             False,
         )
@@ -156,7 +156,7 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
         arrays,
         tolerance,
         tuple(chain.as_run(farthest) for chain in chains),
-        rims.number_strips(points, arrays, groups, chains),
+        strips.number_strips(points, arrays, groups, chains),
         outline.rounded,
         outline.changed,
     )
