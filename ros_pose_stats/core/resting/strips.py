@@ -14,6 +14,7 @@ from ..mesh.arrays import mask_of
 from ..mesh.vectors import components_along
 from ..records import Array, Index, Mask
 from .rims import ON_AXIS, Chain, Group, distance_from_axis, loops_of
+from .teeth import join_toothed_facets
 
 # A corner this close to the cone between two rims, in radii, is on it
 ON_LATERAL = 1e-4
@@ -42,6 +43,9 @@ def number_strips(
             count = _number_divided_facets(
                 points, arrays, group, group_chains, is_divided, strip_of_face, count
             )
+        count = join_toothed_facets(
+            points, arrays, group, group_chains, strip_of_face, count
+        )
     return strip_of_face
 
 

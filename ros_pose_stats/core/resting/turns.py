@@ -19,7 +19,6 @@ LARGEST_STEP = np.radians(24.8)  # facets of a round surface turn by less
 LARGEST_PITCH = 2.0 * LARGEST_STEP  # teeth of a toothed one: a tip and a gap
 QUARTER_TURN = np.pi / 2.0
 FEWEST_LOW = 3  # faces that a part which rolls by that stands on
-FEWEST_SUPPORTS = 5  # faces that tell the axis of a curve, as corners do for a run
 SAME_AXIS = 1e-3  # sine of the angle within which axes of runs are one
 LEVEL = 1e-4  # sine of the angle to the axis within which a facet is along it
 NEAR = 0.05  # share of its radius within which a facet is one of a round surface
@@ -159,14 +158,16 @@ def rolling_axes(equilibria: Equilibria, clusters: Clusters) -> tuple[Mask, Arra
     low_faces = np.bincount(pose_of_face[is_low], minlength=len(rolls))
     run_axes = _distinct_axes(body)
     for pose in np.flatnonzero(low_faces >= FEWEST_LOW).tolist():
-        axes = [*run_axes, *_axis_of_supports(equilibria, clusters, pose)]
-        rolled_axes = np.array(
-            [axis for axis in axes if _rolls_about(axis, equilibria, clusters, pose)]
-        )
-        if not len(rolled_axes):
-            continue
+        rolled_axes = [
+            axis for axis in run_axes if _rolls_about(axis, equilibria, clusters, pose)
+        ]
+        if not rolled_axes:
+            candidate = _axis_of_supports(equilibria, clusters, pose)
+            if not _rolls_about(candidate, equilibria, clusters, pose):
+                continue
+            rolled_axes = [candidate]
         rolls[pose] = True
-        if (lengths(cross(rolled_axes, rolled_axes[0])) < LEAN).all():
+        if (lengths(cross(np.array(rolled_axes), rolled_axes[0])) < LEAN).all():
             axis[pose] = rolled_axes[0]
     return rolls, axis
 
@@ -181,18 +182,14 @@ def _distinct_axes(body: convex_body.ConvexBody) -> list[Array]:
     return distinct_axes
 
 
-def _axis_of_supports(
-    equilibria: Equilibria, clusters: Clusters, pose: int
-) -> list[Array]:
-    """Axis that the faces of a pose turn about, if they are enough to tell.
+def _axis_of_supports(equilibria: Equilibria, clusters: Clusters, pose: int) -> Array:
+    """Axis that the faces which a part rests on in a pose turn about.
 
     A spring has no run, for its corners lie on a helix.
     """
     downs = equilibria.downs[clusters.is_support & (clusters.pose == pose)]
-    if len(downs) < FEWEST_SUPPORTS:
-        return []
     offsets = downs - downs.mean(axis=0)
-    return [principal_axes(scatter(offsets))[1][:, 0].copy()]
+    return principal_axes(scatter(offsets))[1][:, 0].copy()
 
 
 def _rolls_about(
