@@ -56,6 +56,7 @@ class Lane(IntEnum):
     CHECK = 2  # drops beside estimates, some 50 ms each
     OUTLINE = 3
     FIT = 4  # of plates, seconds each, and their writing
+    FILE = 5  # meshes that are read from a file, in a process with bounds
 
 
 class Rank(IntEnum):
@@ -73,6 +74,7 @@ MOST_WAITING = {
     Lane.CHECK: (256, "estimates to be checked"),
     Lane.OUTLINE: (16, "requests for outlines and plans"),
     Lane.FIT: (16, "fits of plates"),
+    Lane.FILE: (16, "files of meshes"),
 }
 MOST_LARGE_REQUESTED = (8, "large meshes with their requests")
 """Each may take a minute, and somebody waits for it."""
@@ -153,8 +155,8 @@ class Lanes:
         with self._changed:
             task = _Task(work, rank, lane, size, part_id, next(self._numbers))
             while (refusal := self._lack_of_room(task)) is not None:
-                may_wait = rank is Rank.PUBLISHED_MESH
-                if not may_wait or self._lane_to_wait_in(task) is Lane.SLOW:
+                is_published = rank is Rank.PUBLISHED_MESH
+                if not is_published or self._lane_to_wait_in(task) is not Lane.QUICK:
                     task.future.set_exception(refusal)
                     return task.future
                 self._changed.wait()
@@ -268,14 +270,16 @@ class Lanes:
         for task in tasks:
             # A mesh waits for earlier ones of its name, of which quick ones may come
             # back as slow ones.
-            if not self._is_behind(task, Lane.QUICK, lane):
+            if not self._is_behind(task, Lane.QUICK, Lane.FILE, lane):
                 return task
         return None
 
     def count_meshes(self) -> int:
         """Meshes that wait."""
         with self._changed:
-            return len(self._waiting[Lane.QUICK]) + len(self._waiting[Lane.SLOW])
+            return sum(
+                len(self._waiting[lane]) for lane in (Lane.QUICK, Lane.SLOW, Lane.FILE)
+            )
 
     def close(self) -> None:
         """Drop what waits, and finish what soon is."""

@@ -64,6 +64,12 @@ class Settings:
     mesh_unit: float = _parameter(
         1.0, "Length of one unit of the meshes on mesh_topics, in metres.", 1e-9, 1e6
     )
+    mesh_folders: tuple[str, ...] = _parameter(
+        (),
+        "Folders below which mesh_resource may name files as file:///FILE, links "
+        "resolved; package://PACKAGE/FILE needs none within the package's share.",
+        fixed=True,
+    )
     plate_frame: str = _parameter("plate", "Frame of the plate in results and markers.")
     plate: str = _parameter(
         "",
@@ -263,6 +269,13 @@ def settings_of(values: dict[str, Any]) -> Settings:
             f"{DEFAULT_METHOD} is the default",
         )
     mesh_topics(settings.mesh_topics)
+    for folder in settings.mesh_folders:
+        if not folder.startswith("/"):
+            raise RequestError(
+                "mesh_folders from the root on",
+                quote_text(folder),
+                "for instance /home/cell/meshes",
+            )
     if "profile" not in values:
         settings = replace(
             settings, profile=find_profile(settings.plates, settings.plate)

@@ -8,22 +8,15 @@ the header.
 
 from array import array
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
-from urllib.parse import unquote
 
 import numpy as np
-from ament_index_python.packages import (
-    PackageNotFoundError,
-    get_package_share_directory,
-)
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import ObservedParts, PartMesh
 from shape_msgs.msg import Mesh
 
 from ...base.errors import MeshError, RequestError
-from ...core.mesh import files
 from . import part_requests, times
 
 LITTLE_ENDIAN_CDR = b"\x00\x01"
@@ -228,12 +221,7 @@ def _read_part_request(data: bytes) -> part_requests.PartRequest:
             " and ".join(sources) or "none",
             "fill exactly one",
         )
-    if resource:
-        mesh = files.read_mesh(resource_file(resource), unit, unless_declared=True)
-        vertices = np.asarray(mesh.vertices)
-        triangles = np.asarray(mesh.triangles, np.uint32)
-        unit = mesh.unit
-    elif sources != ["mesh"]:
+    if sources == ["the flat arrays"]:
         vertices = _rows(flat_vertices, f"vertices{name}")
         triangles = _rows(flat_triangles, f"triangles{name}")
     return part_requests.PartRequest(
@@ -246,28 +234,7 @@ def _read_part_request(data: bytes) -> part_requests.PartRequest:
         np.array(tensor)[[0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(3, 3),
         (restitution, drop_height),
         stamp,
-    )
-
-
-def resource_file(uri: str) -> Path:
-    """The file that a mesh_resource names; raises RequestError."""
-    scheme, separator, path = uri.partition("://")
-    package, _, name = path.partition("/")
-    try:
-        if separator and scheme == "package" and package and name:
-            return Path(get_package_share_directory(package), unquote(name))
-        if separator and scheme == "file" and not package and name:
-            return Path("/", unquote(name))
-    except (PackageNotFoundError, ValueError, OSError) as error:
-        raise RequestError(
-            "mesh_resource in a package that is installed",
-            part_requests.quote_text(uri),
-            "source its workspace",
-        ) from error
-    raise RequestError(
-        "mesh_resource as package://PACKAGE/FILE or file:///FILE",
-        part_requests.quote_text(uri),
-        "write out the whole path",
+        resource,
     )
 
 

@@ -19,6 +19,7 @@ from ..refusals import MESHES, SequenceGaps
 from ..settings import Settings, mesh_topics
 from . import part_builder
 from .known_part import KnownPart
+from .mesh_resources import read_resource
 from .registry import PartRegistry
 
 DEPTH = 100  # messages that wait in the middleware
@@ -48,6 +49,10 @@ class Intake:
     def _take(self, request: part_requests.PartRequest) -> KnownPart:
         """Know the part that a mesh is, and latch its result; raises PoseStatsError."""
         settings = self._settings()
+        if request.resource:
+            request = read_resource(
+                request, settings.mesh_folders, settings.max_mesh_bytes
+            )
         part_requests.check_request(request, settings.max_mesh_bytes)
         scene = settings.scene(request.scene_override)
         part, is_new = self._parts.identify(request)
@@ -145,6 +150,8 @@ class Intake:
 def _lane_of(part: KnownPart | part_requests.PartRequest) -> Lane:
     """Where a mesh, or a known part that may not be built yet, is worked on."""
     if not isinstance(part, KnownPart):
+        if part.resource:
+            return Lane.FILE
         is_large = part_builder.is_large(part)
     elif part.is_built:
         is_large = part_builder.is_large(part.geometry)

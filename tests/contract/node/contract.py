@@ -31,6 +31,7 @@ ACTION = {
 DEFAULTS = {
     "mesh_topics": [],
     "mesh_unit": 1.0,
+    "mesh_folders": [],
     "plate_frame": "plate",
     "plate": "",
     "plates": "",
@@ -60,6 +61,7 @@ DEFAULTS = {
 }
 
 FIXED = {
+    "mesh_folders",
     "mesh_topics",
     "log_directory",
     "max_bag_bytes",

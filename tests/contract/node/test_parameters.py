@@ -90,6 +90,7 @@ class TestRefusals:
     def test_what_holds_for_the_run_cannot_be_changed(self, tuned, name):
         value = {
             "mesh_topics": ["/other"],
+            "mesh_folders": ["/"],
             "log_directory": "/tmp",
             "restore": False,
             "state_file": "/tmp/state",

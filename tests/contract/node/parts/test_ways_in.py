@@ -37,7 +37,20 @@ def clamp(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def workshop(domain, tmp_path_factory, clamp):
+def package(tmp_path_factory, clamp):
+    """The share folder of an installed package with the clamp."""
+    prefix = tmp_path_factory.mktemp("prefix")
+    index = prefix / "share" / "ament_index" / "resource_index" / "packages"
+    index.mkdir(parents=True)
+    (index / "cell_parts").touch()
+    share = prefix / "share" / "cell_parts"
+    share.mkdir()
+    (share / "clamp.stl").write_bytes(clamp.read_bytes())
+    return share
+
+
+@pytest.fixture(scope="module")
+def workshop(domain, tmp_path_factory, clamp, package):
     """A node whose latched publishers were there before it; two in this process, one
     command.
     """
@@ -70,6 +83,8 @@ def workshop(domain, tmp_path_factory, clamp):
             tmp_path_factory.mktemp("bags"),
             "workshop",
             mesh_topics=TOPICS,
+            mesh_folders=f"[{clamp.parent}]",
+            environment={"AMENT_PREFIX_PATH": str(package.parents[1])},
             mesh_unit=0.001,
         ) as (node, client):
             yield client, output
@@ -118,23 +133,48 @@ def test_standard_meshes_on_mesh_topics(workshop, topic, part_id, is_latched):
     assert latched(client, part_id).part_digest == library_part(BOX, unit="mm").digest
 
 
-def test_a_mesh_by_the_file_that_holds_it(cell, clamp):
-    """With its unit, in a topic and in a request; refused where there is no such
-    file.
-    """
+def test_a_mesh_by_the_file_that_holds_it(workshop, clamp):
+    """With its unit, in a topic and in a request, for an estimate and for drops."""
+    client, _ = workshop
     part_id = new_id()
     resource = clamp.as_uri()
     message = PartMesh(part_id=part_id, unit=0.001, mesh_resource=resource)
-    MeshPublisher(cell).matched().publish(message)
+    MeshPublisher(client).matched().publish(message)
     digest = load_part(clamp, "mm").digest
-    assert latched(cell, part_id).part_digest == digest
-    assert cell.good("estimate", part=message).statistics.part_digest == digest
-    for name, words in (
-        ("file:///nowhere/part.stl", "No such file"),
+    assert latched(client, part_id).part_digest == digest
+    assert client.good("estimate", part=message).statistics.part_digest == digest
+    message.part_id = new_id()
+    request = {"part": message, "drops": 50}
+    job_id = client.good("start_drop_simulation", **request).job_id
+    assert latched(client, message.part_id).part_digest == digest
+    client.good("get_drop_simulation", job_id=job_id)
+
+
+def test_files_elsewhere_are_not_read(workshop, cell, clamp, package, tmp_path):
+    """Nor by links, by dots, or in a node that was given no folder."""
+    client, _ = workshop
+    link = clamp.parent / f"{new_id()}.stl"
+    outside = write_stl(tmp_path / "outside.stl", WEDGE)
+    link.symlink_to(outside)
+    (package / "link.stl").unlink(missing_ok=True)
+    (package / "link.stl").symlink_to(outside)
+    up = "/".join([".."] * len(package.parts))
+    packed = PartMesh(unit=0.001, mesh_resource="package://cell_parts/clamp.stl")
+    client.good("estimate", part=packed)
+    for uri, words in (
+        (f"{clamp.parent.as_uri()}/none.stl", "No such file"),
         ("part.stl", "file:///FILE"),
         ("package://no_such_package/part.stl", "a package that is installed"),
+        (f"package://cell_parts/{up}{outside}", "mesh_folders"),
+        ("package://cell_parts/link.stl", "mesh_folders"),
+        (outside.as_uri(), "mesh_folders"),
+        (link.as_uri(), "mesh_folders"),
+        (f"{clamp.parent.as_uri()}/%2e%2e/none.stl", "mesh_folders"),
+        ("file:///nowhere/%00.stl", "mesh_folders"),
     ):
-        assert words in cell.refused("estimate", part=PartMesh(mesh_resource=name))
+        assert words in client.refused("estimate", part=PartMesh(mesh_resource=uri))
+    resource = PartMesh(mesh_resource=clamp.as_uri())
+    assert "mesh_folders" in cell.refused("estimate", part=resource)
 
 
 def test_a_nameless_part_is_named_by_its_digest(cell):
