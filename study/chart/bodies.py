@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +55,7 @@ class Size:
     ----------
     title : str
     meshes : list of Mesh
-    known : list of RestingPoses
+    restings : list of RestingPoses
         Stable poses of each.
     simulated : dict of float to SimulatedPoses
         Reference counts by restitution: body after body, the poses of each by `index`.
@@ -79,6 +79,25 @@ class Size:
         return DropScene(
             restitution, self.height, self.cluster_tolerance, self.round_sides
         )
+
+    def first(self, bodies: int) -> Size:
+        """The first bodies alone, where there are more."""
+        return replace(
+            self,
+            meshes=self.meshes[:bodies],
+            restings=self.restings[:bodies],
+            simulated={
+                restitution: _first_bodies(simulated, bodies)
+                for restitution, simulated in self.simulated.items()
+            },
+        )
+
+
+def _first_bodies(simulated: SimulatedPoses, bodies: int) -> SimulatedPoses:
+    is_first = simulated.body < bodies
+    return SimulatedPoses(
+        simulated.body[is_first], simulated.count[is_first], simulated.settled[is_first]
+    )
 
 
 def paper_size(dataset: Dataset) -> Size:

@@ -42,6 +42,7 @@ matters.
 """
 
 MOST_PARTS = 60
+MOST_ANSWERED = 200
 
 
 class Effort(NamedTuple):
@@ -60,6 +61,8 @@ class Effort(NamedTuple):
         Numbers of drops, each a point of an estimate with as many drops.
     fewest : int
         Least number of parts that are timed, however many drops that takes.
+    answered : int
+        Most bodies for which answers with drops of their own are measured.
     """
 
     parts: int = MOST_PARTS
@@ -67,6 +70,7 @@ class Effort(NamedTuple):
     drops: tuple[int, ...] = DROPS
     combined: tuple[int, ...] = COMBINED
     fewest: int = 4
+    answered: int = MOST_ANSWERED
 
     def parts_timed(self, drops: int) -> int:
         """Number of parts to time where each takes so many drops."""

@@ -16,7 +16,7 @@ from lab.frame.timing import timed
 from ros_pose_stats.core.resting.poses import RestingPoses
 
 from ..errors.partition import accuracy
-from ..errors.simulated_poses import SimulatedPoses, pooled
+from ..errors.simulated_poses import pooled
 from ..figures.speed_accuracy import ChartPoint
 from ..mujoco_drops import Plate, available, drop_in_mujoco, fit_contact
 from .bodies import Size
@@ -41,24 +41,21 @@ MUJOCO_RESTITUTIONS = 0.1, 0.9
 """Lowest and highest restitution that such contacts are set to."""
 
 
-def trimesh_points(size: Size, parts: int) -> Iterator[ChartPoint]:
+def trimesh_points(size: Size) -> Iterator[ChartPoint]:
     """`trimesh.poses.compute_stable_poses` without sampling the centre of mass.
 
     Timed on a new `Trimesh` of the same arrays, whose construction does not count.
     """
-    chosen = _body_count(size, parts)
     probabilities = []
     seconds = []
-    for mesh, resting in zip(size.meshes[:chosen], size.restings, strict=False):
+    for mesh, resting in zip(size.meshes, size.restings, strict=True):
         body = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
         answer, took = timed(
             partial(compute_stable_poses, body, center_mass=mesh.center_of_mass)
         )
         seconds.append(took)
         probabilities.append(match_poses(resting, *answer))
-    simulated = pooled(
-        [_first_bodies(poses, chosen) for poses in size.simulated.values()]
-    )
+    simulated = pooled(list(size.simulated.values()))
     error = accuracy(
         np.tile(np.concatenate(probabilities), len(size.simulated)), simulated
     )
@@ -66,7 +63,7 @@ def trimesh_points(size: Size, parts: int) -> Iterator[ChartPoint]:
 
 
 def mujoco_points(
-    size: Size, parts: int, say: Callable[[str], object] = lambda _: None
+    size: Size, say: Callable[[str], object] = lambda _: None
 ) -> Iterator[ChartPoint]:
     """Drops by MuJoCo from 20 radii; only the time inside `mj_step` counts.
 
@@ -83,15 +80,12 @@ def mujoco_points(
             f"MuJoCo is left out: its contacts reach restitutions from {low:g} to {high:g}"
         )
         return
-    chosen = _body_count(size, parts)
     try:
-        seconds, shares = _mujoco_shares(size, chosen)
+        seconds, shares = _mujoco_shares(size)
     except RuntimeError as error:
         say(f"MuJoCo is left out: {error}")
         return
-    simulated = pooled(
-        [_first_bodies(poses, chosen) for poses in size.simulated.values()]
-    )
+    simulated = pooled(list(size.simulated.values()))
     for drops, values in shares.items():
         yield measured_point(
             f"n = {drops}",
@@ -102,14 +96,14 @@ def mujoco_points(
         )
 
 
-def _mujoco_shares(size: Size, bodies: int) -> tuple[float, dict[int, Array]]:
+def _mujoco_shares(size: Size) -> tuple[float, dict[int, Array]]:
     """Median seconds of a drop; shares of the poses after some drops, as `pooled` has
     them.
     """
     shares: dict[int, list[Array]] = {drops: [] for drops in MUJOCO_DROPS}
     seconds: list[float] = []
     for restitution in size.simulated:
-        for number, mesh in enumerate(size.meshes[:bodies]):
+        for number, mesh in enumerate(size.meshes):
             plate = Plate(mesh.part(), 0.0)
             most = max(MUJOCO_DROPS)
             contact = fit_contact(plate, restitution, MUJOCO_DEPTH, MUJOCO_STEPS)
@@ -139,15 +133,3 @@ def match_poses(
         np.asarray(probabilities)[is_match],
         len(resting.poses),
     ).astype(np.float64)
-
-
-def _body_count(size: Size, parts: int) -> int:
-    return min(parts, len(size.meshes))
-
-
-def _first_bodies(simulated: SimulatedPoses, bodies: int) -> SimulatedPoses:
-    """Of the first bodies alone."""
-    is_first = simulated.body < bodies
-    return SimulatedPoses(
-        simulated.body[is_first], simulated.count[is_first], simulated.settled[is_first]
-    )

@@ -192,12 +192,13 @@ def _points(
     size: Size, plan: Plan, say: Callable[[str], object]
 ) -> Iterator[ChartPoint]:
     yield from estimator_points(size, plan.effort)
-    yield default_point(size)
-    yield from combined_points(size, plan.effort)
+    answered = size.first(plan.effort.answered)
+    yield default_point(answered)
+    yield from combined_points(answered, plan.effort)
     yield from simulation_points(size, plan.effort)
-    yield from trimesh_points(size, plan.trimesh)
+    yield from trimesh_points(size.first(plan.trimesh))
     if plan.mujoco:
-        yield from mujoco_points(size, plan.mujoco, say)
+        yield from mujoco_points(size.first(plan.mujoco), say)
 
 
 def chart_text(results: ChartResults) -> str:
