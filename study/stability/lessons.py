@@ -14,10 +14,10 @@ LESSONS: Final = {
     ),
     "coplanar_faces": (
         "Two faces that are nearly one change nothing for drops. Estimators share out "
-        "the same total between them, but for NQSE, whose curve is taken of every pose "
-        "by itself, and the combined estimator with it: they change where the faces "
-        "merge. Cluster tolerance 0 shows it; at the default the two are one pose long "
-        "before."
+        "the same total between them, but for PQSE and NQSE, which do not add up over "
+        "faces, and the combined estimator, which has NQSE in it: they change where the "
+        "faces merge. Cluster tolerance 0 shows it; at the default the two are one pose "
+        "long before."
     ),
     "cylinder_sides": (
         "From fifteen sides on a run of facets is a round surface, which stands as 192 "
@@ -63,9 +63,10 @@ LESSONS: Final = {
     "broken_symmetry": (
         "A cube whose corners are off by a millionth has faces of two triangles each, "
         "and one triangle of a face may hold the foot of the centre of mass alone. "
-        "Estimators that add up faces count the stable triangle only. QSE lets the "
-        "other one topple onto it, EAE and MEAE see one valley: these hardly move. "
-        "Drops do not move at all."
+        "Estimators that add up faces count the stable triangle only, and PQSE leaps "
+        "with the areas of the two. QSE lets the other one topple onto it, EAE, MEAE "
+        "and `split` see one valley: these hardly move. Drops do not move as long as "
+        "the cube is nearly one."
     ),
     "vertex_noise": (
         "Noise of the vertices up to a thousandth of the radius changes no method; at "
