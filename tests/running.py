@@ -31,6 +31,8 @@ STATISTICS_KEYS = {
     "part_id",
     "part_digest",
     "radius",
+    "unit",
+    "unit_guessed",
     "method",
     "restitution",
     "drop_height",

@@ -13,7 +13,7 @@ from ros_pose_stats_msgs import msg
 from ros_pose_stats_msgs.srv import GetStatistics
 
 from ..base.errors import RequestError
-from ..core.mesh import files, mass_properties, parts
+from ..core.mesh import files, mass_properties, parts, units
 from ..core.records import DropScene, Part, PoseStatistics
 from ..core.records.scene import DEFAULT_RESTITUTION
 from .messages import part_messages, part_requests, times
@@ -74,9 +74,19 @@ def read_part(
     mass: float | None,
     density: float | None,
 ) -> tuple[Part, msg.PartMesh]:
-    """The part of a file, with all checks of the node, and its message."""
+    """The part of a file, with all checks of the node, and its message.
+
+    A file whose unit nobody names is refused: a cell acts on what is sent.
+    """
     part_requests.check_name(part_id)
     mesh = files.read_mesh(file, unit)
+    if mesh.unit_guessed:
+        raise units.missing_unit(
+            file,
+            mesh.vertices,
+            mesh.triangles,
+            "give --unit mm, --unit inch or --unit m",
+        )
     properties = mass_properties.check_properties(center_of_mass, mass, None, density)
     part = parts.part_of_file(mesh, properties, part_id)
     mass_fields = (

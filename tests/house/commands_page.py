@@ -32,7 +32,8 @@ COMMON = """\
 has its unit: `200mm`. Probabilities and errors are fractions between 0 and 1.
 
 **Files.** A part is read from a STEP, STL, OBJ, PLY, OFF or 3MF file. STL, OBJ, PLY and OFF do
-not say their unit: it is guessed from the size, and a warning says so unless `--unit` is given.
+not say their unit: up to a largest extent of 0.6 it is the metre, else the millimetre, and a
+warning says so unless `--unit` is given. `publish` refuses such a file without `--unit`.
 STEP files need the package cascadio, which `make setup` installs; all solids of a file are one
 part. The examples use the parts that `ros_pose_stats shapes demo` writes.
 

@@ -9,6 +9,7 @@ in place by their transforms and joined into one mesh.
 
 import importlib.util
 import json
+import math
 import os
 import subprocess
 import sys
@@ -61,9 +62,7 @@ class FileMesh(NamedTuple):
     vertices: Any
     triangles: Any  # (T, 3) array_like of int
     unit: float  # metres a unit
-    # whether the unit was `given`, `declared` by the file, `guessed` from the size
-    # because that was asked for, or `assumed` to be the metre
-    unit_source: units.UnitSource = "given"
+    unit_guessed: bool = False  # from the size, since the file names none
     # metres a unit as the file declares, whichever counts; None for files that declare
     # none
     declared: float | None = None
@@ -127,10 +126,14 @@ def parse_mesh(
             "none",
             "the file is empty, cut off, or holds only points or curves",
         )
-    metres_a_unit, source = units.choose_unit(
-        requested, declared, vertices, triangles, unless_declared
-    )
-    return FileMesh(vertices, triangles, metres_a_unit, source, declared)
+    if declared is not None and (unless_declared or requested is None):
+        requested = declared
+    if requested is not None:
+        return FileMesh(vertices, triangles, requested, False, declared)
+    extent = units.extent_of(vertices, triangles)
+    # What has no extent is refused where a part is to be made of it.
+    is_guessed = not math.isnan(extent)
+    return FileMesh(vertices, triangles, units.guess_unit(extent), is_guessed)
 
 
 def _read_binary_stl(path: Path, data: bytes) -> tuple[Array, Index]:

@@ -34,9 +34,9 @@ def load_part(
     file : path
         STEP (with the package cascadio), STL, OBJ, PLY, OFF or 3MF.
     unit : str or float, optional
-        `m`, `mm`, `cm`, `inch` or metres a mesh unit; default: what the file declares
-        (STEP, 3MF), else metres. `auto`: what the file declares, else a guess, with a
-        warning.
+        `m`, `mm`, `cm`, `inch` or metres a mesh unit; default, or `auto`: what the file
+        declares (STEP, 3MF), else metres up to a largest extent of 0.6 and millimetres
+        beyond, with the warning `UNIT_GUESSED` and `unit_guessed` of the part.
     center_of_mass, mass, inertia, density
         See `part_from_mesh`.
     part_id : str
@@ -150,12 +150,7 @@ def part_of_file(
     kilograms, center, tensor = mass_properties.complete_properties(properties, surface)
     warnings = (
         *units.unit_warnings(
-            surface.hull.scale,
-            metres,
-            corners,
-            mesh.unit,
-            mesh.unit_source,
-            mesh.declared,
+            surface.hull.scale, mesh.unit, mesh.unit_guessed, mesh.declared
         ),
         *surface.warnings,
         *mass_properties.inertia_warning(tensor, kilograms, center, surface),
@@ -172,6 +167,8 @@ def part_of_file(
         warnings,
         rounding,
         notes=surface.notes,
+        unit=mesh.unit,
+        unit_guessed=mesh.unit_guessed,
     )
     keep_hull(part, surface.hull)
     return part

@@ -1,7 +1,7 @@
 """Units of mesh files: their names, which one counts, and doubts about it."""
 
 import math
-from typing import Literal
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -9,8 +9,7 @@ from ...base import errors, text
 from ..records import Array, Corners
 from .arrays import number_or_nan
 
-AUTO: Literal["auto"] = "auto"  # the unit that asks for a guess
-UnitSource = Literal["given", "declared", "guessed", "assumed"]
+AUTO = "auto"  # the unit that asks for what the file names, else for the rule
 
 METRES_PER_UNIT = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
 
@@ -26,36 +25,11 @@ _SPELLINGS = {
 }
 """In lower case and without the plural's s."""
 
-_PRIOR = {"mm": 0.62, "m": 0.25, "inch": 0.1, "cm": 0.03}
-"""How often files are in a unit: CAD systems export millimetres, ROS means metres."""
+_LONGEST_IN_METRES = 0.6
+"""Extent, in its own unit, up to which a file that names none is in metres, else in
+millimetres: parts in millimetres are longer than that, and parts in metres shorter."""
 
-_USUAL = 40.0
-_POSSIBLE = (0.5, 1000.0)
-"""Lengths of parts on feeders, millimetres: of the median one, and of nearly all. Two
-thirds lie between a quarter of the median and four times as much."""
-
-_GRIDS = (
-    (100.0, 0.1),
-    (50.0, 0.05),
-    (10.0, 0.15),
-    (5.0, 0.1),
-    (1.0, 0.25),
-    (0.5, 0.1),
-    (0.1, 0.1),
-    (12.7, 0.03),
-    (3.175, 0.04),
-    (1.5875, 0.03),
-    (2.54, 0.03),
-    (0.254, 0.03),
-)
-"""Steps in which people draw, millimetres and fractions of an inch, and how often."""
-
-_OFF_GRID = 1e-5  # how likely any other length is, beside one of a step's multiples
-_MOST_LENGTHS = 12  # lengths that count; more of them hang together
-_UNDOUBTED = (0.2e-3, 2.0)
-_UNDOUBTED_ASSUMED = (0.5e-3, 1.0)
-"""Lengths of parts in metres. Where nobody named the unit a part of a metre and a half
-is more likely to be one of a centimetre and a half or an inch and a half."""
+_USUAL = (0.2e-3, 2.0)  # lengths of parts for feeders, metres
 
 _SAME = 1e-6  # relative difference up to which two units are one
 
@@ -69,47 +43,6 @@ def unit_name(text: str) -> str | None:
     if name in METRES_PER_UNIT:
         return name
     return _SPELLINGS.get(name.removesuffix("s"))
-
-
-def rank_units(vertices: Array, triangles: Corners) -> list[str]:
-    """Units that make a mesh a part for a feeder, the most likely one first.
-
-    Likely are a usual size, and lengths from the near end to flat faces across an axis
-    in few steps of a grid that people draw on: 5, 2.5 and 1.375 are in inches rather
-    than in millimetres.
-    """
-    lengths, rounding = _lengths(vertices, triangles)
-    grid_steps, shares = np.array(_GRIDS).T
-    evidence = {}
-    for unit, prior in _PRIOR.items():
-        scale = 1e3 * METRES_PER_UNIT[unit]
-        size = float(lengths.max(initial=0.0)) * scale
-        if _POSSIBLE[0] <= size <= _POSSIBLE[1]:
-            steps = lengths[:, None] * scale / grid_steps
-            round_ones = (
-                np.abs(steps - np.round(steps)) <= steps * rounding / lengths[:, None]
-            )
-            likelihood = _OFF_GRID + (round_ones * shares / steps).sum(axis=1)
-            evidence[unit] = (
-                math.log(prior)
-                - 0.5 * math.log(size / _USUAL, 4.0) ** 2
-                + np.log(likelihood).mean() * min(len(likelihood), _MOST_LENGTHS)
-            )
-    return sorted(evidence, key=lambda unit: -evidence[unit])
-
-
-def _lengths(vertices: Array, triangles: Corners) -> tuple[Array, float]:
-    """Distinct lengths of a mesh along its axes, and by how much they may be off."""
-    corner = vertices[triangles]
-    low = corner.min(axis=(0, 1))
-    high = corner.max(axis=(0, 1))
-    rounding = 4e-6 * float((high - low).max())
-    if not 0.0 < rounding < math.inf:
-        return np.zeros(0), 0.0
-    is_flat = np.ptp(corner, axis=1) <= rounding
-    lengths = np.sort(np.concatenate(((corner[:, 0] - low)[is_flat], high - low)))
-    lengths = lengths[lengths > rounding]
-    return lengths[np.diff(lengths, prepend=0.0) > rounding], rounding
 
 
 def metres_per_unit(unit: str | float) -> float:
@@ -126,92 +59,89 @@ def metres_per_unit(unit: str | float) -> float:
     return length
 
 
-def requested_unit(unit: str | float | None) -> float | Literal["auto"] | None:
-    """What a user asks for: metres a unit, a guess for `auto`, or nothing."""
-    if isinstance(unit, str) and unit.strip().lower() == AUTO:
-        return AUTO
-    return None if unit is None else metres_per_unit(unit)
+def requested_unit(unit: str | float | None) -> float | None:
+    """Metres a unit as a user asks for it; None for what the file says."""
+    if unit is None or (isinstance(unit, str) and unit.strip().lower() == AUTO):
+        return None
+    return metres_per_unit(unit)
 
 
-def choose_unit(
-    requested: float | Literal["auto"] | None,
-    declared: float | None,
-    vertices: Array,
-    triangles: Corners,
-    unless_declared: bool,
-) -> tuple[float, UnitSource]:
-    """Metres a unit of a file, and where that comes from."""
-    if declared is not None and (unless_declared or requested in (None, AUTO)):
-        return declared, "declared"
-    if requested != AUTO:
-        return (1.0, "assumed") if requested is None else (float(requested), "given")
+def guess_unit(extent: float) -> float:
+    """Metres a unit of a mesh whose file names none, by its extent in that unit."""
+    return 1.0 if extent <= _LONGEST_IN_METRES else 1e-3
+
+
+def extent_of(vertices: Array, triangles: Corners) -> float:
+    """Largest extent of a mesh along an axis; NaN for one that is none."""
     corners = triangles.ravel()
     if not len(corners) or corners.min() < 0 or corners.max() >= len(vertices):
-        return 1.0, "assumed"  # refused where the part is built
-    extent = float(np.ptp(vertices[corners], axis=0).max())
-    if not math.isfinite(extent):
-        return 1.0, "assumed"  # refused with its vertex there
-    candidates = rank_units(vertices, triangles)
-    if not candidates:
-        raise errors.RequestError(
-            "a mesh that in mm, m, inch or cm is 0.5 mm to 1 m long",
-            f"one {extent:.3g} units long",
-            "give its unit",
-        )
-    return METRES_PER_UNIT[candidates[0]], "guessed"
+        return math.nan
+    points = vertices[corners]
+    if not np.isfinite(points).all():
+        return math.nan
+    with np.errstate(over="ignore"):
+        return float(np.ptp(points, axis=0).max())
+
+
+def missing_unit(
+    name: str, vertices: Array, triangles: Corners, remedy: str
+) -> errors.RequestError:
+    """Refusal of a file that names no unit, where a guess would be acted on."""
+    extent = extent_of(vertices, triangles)
+    return errors.RequestError(
+        f"the unit of {name}, which names none: its length is "
+        + _lengths(extent, ("mm", "inch", "m")),
+        "none",
+        remedy,
+    )
 
 
 def unit_warnings(
-    extent: float,
-    metres: Array,
-    triangles: Corners,
-    unit: float,
-    source: UnitSource,
-    declared: float | None,
+    extent: float, unit: float, is_guessed: bool, declared: float | None
 ) -> tuple[str, ...]:
-    """Warn about an unlikely size, a guessed unit, or one the file contradicts."""
+    """Warn about a guessed unit, one the file contradicts, or an unlikely size.
+
+    `extent`: in metres; `unit`: metres of the one that counts; `declared`: of the one
+    that the file names.
+    """
     size = text.length_in_words(extent)
-    shortest, longest = _UNDOUBTED_ASSUMED if source == "assumed" else _UNDOUBTED
-    is_usual = shortest <= extent <= longest
-    alternatives = (
-        []
-        if is_usual and source != "guessed"
-        else [
-            f"{name}: {text.length_in_words(extent / unit * METRES_PER_UNIT[name])}"
-            for name in rank_units(metres / unit, triangles)
-            if METRES_PER_UNIT[name] != unit
-        ]
+    name = unit_in_words(unit)
+    other_lengths = _lengths(
+        extent / unit, [other for other in METRES_PER_UNIT if other != name]
     )
-    if source == "guessed":
-        hint = f" (else in {', '.join(alternatives)})" if alternatives else ""
-        name = _unit_in_words(unit)
-        return (
-            f"UNIT_GUESSED: the file names no unit; it was taken to be in {name}, "
-            f"{size} long{hint}. Give the unit to be sure: --unit {name}.",
-        )
     warnings = []
+    if is_guessed:
+        warnings.append(
+            f"UNIT_GUESSED: the file names no unit; it was taken to be in {name}, "
+            f"{size} long (else {other_lengths}). Give the unit to be sure: "
+            f"--unit {name}."
+        )
     if declared is not None and not math.isclose(unit, declared, rel_tol=_SAME):
         warnings.append(
-            f"UNIT_OVERRIDDEN: the file's own unit is {_unit_in_words(declared)}, but "
-            f"it was taken to be in {_unit_in_words(unit)}, as asked: all lengths are "
+            f"UNIT_OVERRIDDEN: the file's own unit is {unit_in_words(declared)}, but "
+            f"it was taken to be in {name}, as asked: all lengths are "
             f"{unit / declared:.4g} times those that the file names."
         )
-    if not is_usual:
-        reason = (
-            "since its file names no unit and metres are assumed"
-            if source == "assumed"
-            else "unusual for a fed part"
-        )
-        suggestion = f"; likely in {alternatives[0]}" if alternatives else ""
+    shortest, longest = _USUAL
+    if not shortest <= extent <= longest:
         warnings.append(
-            f"UNIT_SUSPECT: the part is {size} long, {reason}{suggestion}; check the "
-            "unit."
+            f"UNIT_SUSPECT: the part is {size} long, unusual for a fed part; check the "
+            f"unit ({other_lengths})."
         )
     return tuple(warnings)
 
 
-def _unit_in_words(metres: float) -> str:
+def unit_in_words(metres: float) -> str:
+    """The name of a unit, or its length where it has none."""
     for name, length in METRES_PER_UNIT.items():
         if math.isclose(metres, length, rel_tol=_SAME):
             return name
     return f"units of {metres:.4g} m"
+
+
+def _lengths(extent: float, names: Iterable[str]) -> str:
+    """What so many units are long in each of some units: `80 mm in mm, 80 m in m`."""
+    return ", ".join(
+        f"{text.length_in_words(extent * METRES_PER_UNIT[name])} in {name}"
+        for name in names
+    )

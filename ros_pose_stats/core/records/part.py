@@ -93,6 +93,10 @@ class Part:
     rounding : float
         Metres by which the coordinates may be off for having been stored as float32 or
         float64; grows with the distance from the origin.
+    unit : float
+        Metres a unit of the file or the arrays, as they came.
+    unit_guessed : bool
+        Whether that is a guess from the size, since the file names none.
     digest : str
         See `part_digest`.
     """
@@ -109,6 +113,8 @@ class Part:
     rounding: float = 0.0
     digest: str = field(init=False, compare=False)
     notes: tuple[str, ...] = ()
+    unit: float = 1.0
+    unit_guessed: bool = False
     _prepared: dict[Hashable, Any] = field(
         default_factory=dict, init=False, compare=False
     )

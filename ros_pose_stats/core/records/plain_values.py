@@ -11,6 +11,7 @@ from .part import Array
 
 UNITS = {
     "radius": "m",
+    "unit": "m",
     "drop_height": "m",
     "drop_height_low": "m",
     "drop_height_high": "m",
@@ -34,7 +35,7 @@ UNITS = {
 }
 """By key, of what is no plain number, share or unit vector and has no unit in its key.
 
-A `step` that has a `unit` beside it is in that one.
+A `step` that has a `unit` beside it is in that one, and text has no unit.
 """
 
 ROUNDING = 1e-14
@@ -76,10 +77,15 @@ def without_rounding(vector: Array, scale: float = 0.0) -> Array:
 
 
 def _keys(value: Any) -> Iterator[str]:
-    """Keys of all dicts in a value, but a `step` that has its own unit beside it."""
+    """Keys of all dicts in a value that may have a unit.
+
+    None of a text, as an effect's `unit`, nor a `step` that has its own beside it.
+    """
     members = value
     if isinstance(value, dict):
-        yield from (key for key in value if key != "step" or "unit" not in value)
+        for key, member in value.items():
+            if not isinstance(member, str) and (key != "step" or "unit" not in value):
+                yield key
         members = value.values()
     for member in members:
         if isinstance(member, (dict, list)):

@@ -68,6 +68,8 @@ def pose_statistics(
         warnings=(*part.warnings, *scene_warnings, *warnings),
         notes=(*part.notes, *notes),
         version=version.VERSION,
+        unit=part.unit,
+        unit_guessed=part.unit_guessed,
     )
 
 

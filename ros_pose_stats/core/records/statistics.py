@@ -24,6 +24,8 @@ STATISTICS_FIELDS = (
     "part_id",
     "part_digest",
     "radius",
+    "unit",
+    "unit_guessed",
     "method",
     *SCENE_FIELDS,
     "drops",
@@ -89,6 +91,10 @@ class PoseStatistics:
         poses are theirs then.
     choice : str
         Why this method was chosen, in one sentence; empty where the caller chose it.
+    unit : float
+        Metres a unit of the part's file, arrays or message, as they came; 0: not known.
+    unit_guessed : bool
+        Whether that is a guess from the part's size, since its file names none.
     """
 
     part_id: str
@@ -112,6 +118,8 @@ class PoseStatistics:
     choice: str = ""
     round_sides: int = 0
     observed: int = 0
+    unit: float = 0.0
+    unit_guessed: bool = False
 
     @property
     def scene(self) -> str:

@@ -44,6 +44,10 @@ class ExamplePlanner(Node):
                 'expected -p file:=clamp.stl -p wanted:="[0, 1]", the poses to pick'
             )
         self.part = part = load_part(file, unit=unit or None)
+        if part.unit_guessed:
+            raise ValueError(
+                f"expected -p unit:=mm, m, inch or cm, since {file} names none"
+            )
         self.question = FeedingAnswer.Request(
             part_id=part.part_id,
             wanted=wanted_poses,

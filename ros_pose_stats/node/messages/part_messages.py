@@ -206,6 +206,7 @@ def _read_part_request(data: bytes) -> part_requests.PartRequest:
         13, "<f8"
     ).tolist()
     resource = cursor.text()
+    resource_unit = cursor.text()
     cursor.end()
     name = part_requests.name_suffix(part_id)
     sizes = {
@@ -221,6 +222,12 @@ def _read_part_request(data: bytes) -> part_requests.PartRequest:
             " and ".join(sources) or "none",
             "fill exactly one",
         )
+    if resource_unit and not resource:
+        raise RequestError(
+            f"mesh_resource_unit beside a mesh_resource only{name}",
+            f"{part_requests.quote_text(resource_unit)} beside {sources[0]}",
+            "the unit of arrays is `unit`, in metres",
+        )
     if sources == ["the flat arrays"]:
         vertices = _rows(flat_vertices, f"vertices{name}")
         triangles = _rows(flat_triangles, f"triangles{name}")
@@ -235,6 +242,7 @@ def _read_part_request(data: bytes) -> part_requests.PartRequest:
         (restitution, drop_height),
         stamp,
         resource,
+        resource_unit,
     )
 
 

@@ -35,11 +35,12 @@ class PartRequest:
     scene_override: tuple[float, float] = (-1.0, -1.0)
     stamp: int = 0  # nanoseconds; 0 where the sender gave none
     resource: str = ""  # a file that has the mesh, which is still to be read
+    resource_unit: str = ""  # of that file; empty: what it names
 
     @cached_property
     def content(self) -> bytes:
         """Digest of what makes the part, without its name and scene; 32 bytes."""
-        digest = hashlib.sha256(self.resource.encode())
+        digest = hashlib.sha256(f"{self.resource_unit}{self.resource}".encode())
         digest.update(np.ascontiguousarray(self.vertices).data)
         digest.update(np.ascontiguousarray(self.triangles).data)
         numbers = [self.unit, self.mass, *self.center_of_mass, *self.inertia.ravel()]

@@ -65,7 +65,15 @@ def farewell_message(
     message = msg.PoseStatistics(revision=revision, final=True)
     message.header.stamp = time_message(stamp)
     message.header.frame_id = last.header.frame_id
-    for name in ("part_id", "part_digest", "radius", "plate", "version"):
+    for name in (
+        "part_id",
+        "part_digest",
+        "radius",
+        "unit",
+        "unit_guessed",
+        "plate",
+        "version",
+    ):
         setattr(message, name, getattr(last, name))
     message.expected_error = message.largest_error = message.plate_error = math.nan
     message.warnings = [f"{FORGOTTEN}{reason}; send the mesh again to get results."]

@@ -16,26 +16,38 @@ from ament_index_python.packages import (
 )
 
 from ...base.errors import RequestError
-from ...core.mesh import files
+from ...core.mesh import files, units
 from ..messages.part_requests import PartRequest, quote_text
 
 
 def read_resource(
     request: PartRequest, folders: Sequence[str], most_bytes: int
 ) -> PartRequest:
-    """The request with the mesh of its file; raises MeshFileError, RequestError."""
+    """The request with the mesh of its file, in the unit that it or the request names.
+
+    Raises MeshFileError, RequestError, also where neither does: a cell would act on a
+    guess.
+    """
     mesh = files.read_mesh(
         resource_file(request.resource, folders),
-        request.unit,
+        request.resource_unit or None,
         unless_declared=True,
         most_bytes=most_bytes,
     )
+    if mesh.unit_guessed:
+        raise units.missing_unit(
+            f"mesh_resource {quote_text(request.resource)}",
+            mesh.vertices,
+            mesh.triangles,
+            "fill in mesh_resource_unit: mm, inch or m",
+        )
     return replace(
         request,
         vertices=np.asarray(mesh.vertices),
         triangles=np.asarray(mesh.triangles, np.uint32),
         unit=mesh.unit,
         resource="",
+        resource_unit="",
     )
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...base import files, text, version
+from ...core.mesh.units import unit_in_words
 from ...core.records.scene import describe_scene
 from ...core.records.statistics import RARE
 from ..batch.folder import needing_room
@@ -131,6 +132,7 @@ def _page_row(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list
         report,
         int((folder / report).exists()),
         int(row["unit_declared"]),
+        unit_in_words(row["unit_m"]) if row["unit_guessed"] else "",
         row["triangles"],
         [_millimetres(row[f"size_{axis}_m"]) for axis in "xyz"],
         row["stable_poses"],
@@ -139,7 +141,7 @@ def _page_row(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list
         row["drops"],
         *(_short(row[name]) for name in NUMBERS),
         *(_millimetres(row[name]) for name in SIZES),
-        row["warnings"],
+        store.doubts_of(row),
         _groups(row["poses"]),
     ]
 

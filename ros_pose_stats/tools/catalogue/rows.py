@@ -126,6 +126,8 @@ def _row(part: Part, estimate: PoseStatistics, groups: Sequence[PoseGroup]) -> R
     )
     return {
         "part_digest": part.digest,
+        "unit_m": part.unit,
+        "unit_guessed": part.unit_guessed,
         "triangles": len(part.triangles),
         "size_x_m": size[0],
         "size_y_m": size[1],

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...base import errors, extras, files, text
+from ...core.mesh.units import unit_in_words
 from ..batch.folder import needing_room
 from .request import PartFile
 from .rows import Described, Row
@@ -147,8 +148,10 @@ class Tally:
 
     answered: int = 0  # parts that were not refused
     one_way: int = 0  # those of them whose best pose has at least `ONE_WAY`
-    doubted: int = 0  # parts with warnings
-    # parts by the code of a warning
+    # parts whose unit is a guess, by its name
+    guessed: Counter[str] = field(default_factory=Counter)
+    doubted: int = 0  # parts with other warnings
+    # parts by the code of these
     warnings: Counter[str] = field(default_factory=Counter)
     # reasons by the names of the files
     refused: dict[str, str] = field(default_factory=dict)
@@ -162,6 +165,19 @@ class Tally:
             f"{code} {count}" for code, count in self.warnings.most_common()
         )
 
+    @property
+    def guesses(self) -> str:
+        """How many units are guessed, and as what, in words; empty for none."""
+        return ", ".join(
+            f"{text.several(count, 'unit')} guessed as {name}"
+            for name, count in self.guessed.most_common()
+        )
+
+
+def doubts_of(row: Row) -> list[str]:
+    """Warnings but that of a guessed unit, which a catalogue gives once for all."""
+    return [line for line in row["warnings"] if text.code_of(line) != "UNIT_GUESSED"]
+
 
 def tally(rows: Iterable[Row]) -> Tally:
     """Count what rows say."""
@@ -174,7 +190,9 @@ def tally(rows: Iterable[Row]) -> Tally:
         counts.answered += 1
         share = row["best_share"]
         counts.one_way += share is not None and share >= ONE_WAY
-        codes = set(map(text.code_of, row["warnings"]))
+        if row["unit_guessed"]:
+            counts.guessed[unit_in_words(row["unit_m"])] += 1
+        codes = set(map(text.code_of, doubts_of(row)))
         counts.doubted += bool(codes)
         counts.warnings.update(sorted(codes))
         # However the part is turned in its file.
@@ -193,6 +211,8 @@ def tally(rows: Iterable[Row]) -> Tally:
 COLUMNS: dict[str, type] = {
     "file": str,
     "part_digest": str,
+    "unit_m": float,
+    "unit_guessed": bool,
     "triangles": int,
     "size_x_m": float,
     "size_y_m": float,

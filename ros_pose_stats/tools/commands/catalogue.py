@@ -158,6 +158,7 @@ def print_json(catalogue: "Catalogue", seconds: float) -> None:
             "bound": catalogue.bound,
             "found": catalogue.earlier_rows,
             "refused": len(catalogue.tally.refused),
+            "guessed": dict(catalogue.tally.guessed),
             "doubted": catalogue.tally.doubted,
             "warnings": dict(catalogue.tally.warnings),
             "unlike": catalogue.tally.unlike,
@@ -187,6 +188,8 @@ def print_summary(catalogue: "Catalogue", seconds: float) -> None:
             f"warnings about {tally.doubted} of {several(tally.answered, 'part')}: "
             f"{tally.codes}"
         )
+    if tally.guessed:
+        lines.append(f"{tally.guesses}; --unit makes sure")
     for name, reason in islice(tally.refused.items(), MOST_NAMED):
         lines.append(f"refused {name}: {reason}")
     if len(tally.refused) > MOST_NAMED:

@@ -24,7 +24,11 @@ def register(commands: arguments.Commands) -> None:
         ),
         run=run,
     )
-    arguments.add_part(command)
+    arguments.add_part(
+        command,
+        help="unit of the file, in any spelling; STL, OBJ, PLY and OFF files name none "
+        "and need it (default: auto, what the file names)",
+    )
     arguments.add_options(
         command,
         "--restitution",

@@ -215,6 +215,8 @@ class DesignSpace:
             part.warnings,
             part.rounding,
             notes=part.notes,
+            unit=part.unit,
+            unit_guessed=part.unit_guessed,
         )
         convex_body.keep_body(changed_part, body, self.scene.round_sides)
         return ChangedPart(changed_part, origin)

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...base.text import name_poses, ranges
 from ...core.mesh.decimation import visible_triangles
+from ...core.mesh.units import unit_in_words
 from ...core.records import Array, Part, StablePose
 from ...core.records.poses import PoseGroup, single_poses
 from ...core.records.statistics import listed_groups
@@ -97,6 +98,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         groups=groups,
         shown=drawn_groups,
         size=np.ptp(part.surface_vertices, axis=0).tolist(),
+        unit=unit_in_words(statistics.unit),
         commands=commands,
         center=[
             "0" if abs(x) < ROUNDING * statistics.radius else words.in_millimetres(x)

@@ -16,6 +16,7 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 from pyarrow import parquet
 
@@ -26,6 +27,7 @@ from ros_pose_stats import estimate, load_part
 from tests.answers import write_stl
 from tests.running import (
     ROOT,
+    answer,
     answer_json,
     call,
     children,
@@ -377,6 +379,34 @@ class TestRows:
         assert {pose["pose"]: pose["probability"] for pose in row["poses"]} == {
             pose.index: pose.probability for pose in expected.poses
         }
+
+
+def test_guessed_units_are_counted_in_one_line(tmp_path):
+    """On terminal and page; the rows keep the warning with the other lengths."""
+    parts = tmp_path / "parts"
+    parts.mkdir()
+    for name, scale in (("a", 1.0), ("b", 2.0), ("c", 0.001), ("huge", 300.0)):
+        write_stl(parts / f"{name}.stl", shapes.box(*(scale * np.array((9, 10, 11)))))
+    guesses = "3 units guessed as mm, 1 unit guessed as m"
+    request = ("catalogue", parts, "--workers", 1, "-o", tmp_path / "out")
+    lines = answer(*request).splitlines()
+    assert "warnings about 1 of 4 parts: UNIT_SUSPECT 1" in lines
+    assert f"{guesses}; --unit makes sure" in lines
+    values = answer_json(*request)
+    assert (values["guessed"], values["warnings"]) == (
+        {"mm": 3, "m": 1},
+        {"UNIT_SUSPECT": 1},
+    )
+    assert [(row["unit_m"], row["unit_guessed"]) for row in values["parts"]] == [
+        (0.001, True),
+        (0.001, True),
+        (1.0, True),
+        (0.001, True),
+    ]
+    assert all(row["warnings"][0].startswith("UNIT_G") for row in values["parts"])
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert page.replace("\xa0", " ").count(guesses) == 1
+    assert "UNIT_GUESSED" not in page
 
 
 def test_no_module_comes_from_where_the_command_is_started(home, catalogue):

@@ -240,6 +240,10 @@ class TestOptions:
         with_height = answer_json("estimate", *box, "--drop-height", 0.2)
         (warning,) = set(guessed.pop("warnings")) - set(with_height.pop("warnings"))
         assert warning.startswith("UNIT_GUESSED") and "mm" in warning
+        assert (guessed.pop("unit_guessed"), with_height.pop("unit_guessed")) == (
+            True,
+            False,
+        )
         assert {**guessed, **with_height} == {
             **with_height,
             "seconds": with_height["seconds"],

@@ -216,7 +216,7 @@ def test_obj_materials_and_polygons_neither_split_nor_reorder(tmp_path):
         + "usemtl red\nf 1 2 4 3\nf 5 7 8 6\ng side\nusemtl blue\nf 1 5 6 2\nf 3 4 8 7\n"
         + "f 1 3 7 5\nf 2 6 8 4\n"
     )
-    part = load_part(path)
+    part = load_part(path, "m")
     assert (part.vertices.shape, part.triangles.shape) == ((8, 3), (12, 3))
     assert part.center_of_mass == pytest.approx([0.5, 0.5, 0.5])
 
@@ -342,7 +342,7 @@ def test_ply_colours_quads_and_other_elements_are_passed_over(tmp_path):
     (tmp_path / "bytes.ply").write_bytes(
         header.format("binary_big_endian").encode() + data
     )
-    parts = [load_part(tmp_path / name) for name in ("text.ply", "bytes.ply")]
+    parts = [load_part(tmp_path / name, "m") for name in ("text.ply", "bytes.ply")]
     assert parts[0].digest == parts[1].digest
     assert (len(parts[0].vertices), len(parts[0].triangles)) == (8, 12)
     assert parts[0].center_of_mass == pytest.approx([0.55, 0.5, 0.5])

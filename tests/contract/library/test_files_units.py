@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from lab.bodies import shapes
-from ros_pose_stats import load_part, part_from_mesh
+from ros_pose_stats import estimate, load_part, part_from_mesh
 from tests.running import refusal_of
 
 
@@ -85,12 +85,7 @@ def test_no_unit_is_asked_for_where_a_vertex_is_none(tmp_path):
         (1900.0, "mm", False),
         (0.21, "mm", False),
         (0.19, "mm", True),
-        # Doubted sooner where nobody named a unit.
-        (1.1, None, True),
-        (0.9, None, False),
-        (0.6e-3, None, False),
-        (0.4e-3, None, True),
-        (1.1, "m", False),
+        (2.1, "m", True),
     ],
 )
 def test_a_size_that_is_not_fed_is_doubted(tmp_path, length, unit, suspect):
@@ -98,45 +93,51 @@ def test_a_size_that_is_not_fed_is_doubted(tmp_path, length, unit, suspect):
     assert [line.split(":")[0] for line in part.warnings] == ["UNIT_SUSPECT"] * suspect
 
 
-def test_the_doubt_names_the_size_and_the_likely_unit(tmp_path):
-    code, sentence = told(load_part(block_of(80.0, tmp_path)))
+def test_the_doubt_names_the_size_in_other_units():
+    code, sentence = told(part_from_mesh(*shapes.box(80.0, 40.0, 32.0)))
     assert code == "UNIT_SUSPECT"
-    assert "80 m long" in sentence and "likely in mm: 80 mm;" in sentence
-    sentence = told(load_part(block_of(0.08, tmp_path), "mm"))[1]
-    assert "0.08 mm long" in sentence and "likely in m: 80 mm;" in sentence
-    assert "likely" not in told(load_part(block_of(1e5, tmp_path)))[1]
+    assert "80 m long" in sentence and "80 mm in mm, " in sentence
 
 
 @pytest.mark.parametrize(
-    ("extents", "unit", "others"),
+    ("length", "unit", "others"),
     [
-        ((80.0, 40.0, 32.0), "mm", " (else in cm: 800 mm)"),
-        ((900.0, 450.0, 360.0), "mm", ""),
-        ((2.0, 1.0, 0.8), "mm", " (else in cm: 20 mm, inch: 50.8 mm)"),
-        ((6e-4, 3e-4, 2e-4), "m", ""),
-        # Round in inches, and long ones in metres.
-        ((5.0, 2.5, 1.375), "inch", " (else in mm: 5 mm, cm: 50 mm)"),
-        ((203.2, 304.8, 12.7), "mm", ""),
-        ((0.52, 0.26, 0.2), "m", " (else in cm: 5.2 mm, inch: 13.2 mm, mm: 0.52 mm)"),
+        (80.0, "mm", "80 m in m, 800 mm in cm, 2.03 m in inch"),
+        (0.61, "mm", "610 mm in m, 6.1 mm in cm, 15.5 mm in inch"),
+        (0.6, "m", "0.6 mm in mm, 6 mm in cm, 15.2 mm in inch"),
+        (6e-4, "m", "0.6 µm in mm, 6 µm in cm, 0.0152 mm in inch"),
     ],
 )
-def test_a_guess_is_that_of_a_part_for_a_feeder_with_round_lengths(
-    tmp_path, extents, unit, others
+@pytest.mark.parametrize("asked", ["auto", None])
+def test_a_file_without_a_unit_is_in_metres_up_to_a_length_else_in_millimetres(
+    tmp_path, length, unit, others, asked
 ):
-    length, width, height = extents
-    path = block_of(length, tmp_path, width=width / length, height=height / length)
-    part = load_part(path, "auto")
-    assert part.digest == load_part(path, unit).digest
+    path = block_of(length, tmp_path, "obj")
+    part = load_part(path, asked)
+    named = load_part(path, unit)
+    assert part.digest == named.digest
+    assert (part.unit, part.unit_guessed) == (named.unit, True)
+    assert not named.unit_guessed
     code, sentence = told(part)
     assert code == "UNIT_GUESSED" and f"taken to be in {unit}, " in sentence
-    assert sentence.endswith(f" long{others}. Give the unit to be sure: --unit {unit}.")
+    assert sentence.endswith(
+        f" long (else {others}). Give the unit to be sure: --unit {unit}."
+    )
 
 
-def test_what_no_unit_makes_a_part_is_not_guessed(tmp_path):
-    for extent in (2e4, 1e-5):
-        assert "units long; give its unit" in refusal_of(
-            load_part, block_of(extent, tmp_path), "auto"
-        )
+def test_an_unlikely_size_is_doubted_beside_the_guess(tmp_path):
+    codes = [line.split(":")[0] for line in load_part(block_of(2e4, tmp_path)).warnings]
+    assert codes == ["UNIT_GUESSED", "UNIT_SUSPECT"]
+
+
+def test_a_guess_travels_with_the_answer(tmp_path):
+    path = block_of(80.0, tmp_path)
+    for unit, length, is_guessed in ((None, 1e-3, True), ("cm", 1e-2, False)):
+        values = estimate(load_part(path, unit), "csae").as_dict()
+        assert (values["unit"], values["unit_guessed"]) == (length, is_guessed)
+        assert values["units"]["unit"] == "m"
+    values = estimate(part_from_mesh(*shapes.box(80.0, 50.0, 40.0), unit="mm"), "csae")
+    assert (values.unit, values.unit_guessed) == (1e-3, False)
 
 
 @pytest.mark.parametrize(

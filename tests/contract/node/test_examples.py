@@ -113,6 +113,7 @@ def test_the_camera_hands_on_what_was_detected():
         ("planner", {}, "file:="),
         ("planner", {"file": "missing.stl", "wanted": "[0]"}, "missing.stl"),
         ("planner", {"file": "{part}", "wanted": 0}, "INTEGER_ARRAY"),
+        ("planner", {"file": "{part}", "wanted": "[0]"}, "-p unit:=mm, m, inch or cm"),
         ("planner", {"file": "[["}, "parse"),
         pytest.param(
             "camera", {}, "expected the package vision_msgs, got none", marks=NO_VISION

@@ -414,12 +414,15 @@ def test_its_participant_ends_with_the_process(ended):
     assert_ends_with_its_process(ended[1]["remains"])
 
 
+PUBLISH = "publish", "{wedge}", "--unit", "m"
+
+
 @pytest.mark.parametrize(
     ("words", "status"),
     [
         (("node", "--ros-args", "-p", "default_method:=guess"), 2),
-        (("publish", "{wedge}", "--seconds", 0, "--topic", "nobody/part_mesh"), 2),
-        (("publish", "{wedge}"), 0),
+        ((*PUBLISH, "--seconds", 0, "--topic", "nobody/part_mesh"), 2),
+        (PUBLISH, 0),
         (("show",), 0),
         (("show", "no such part"), 2),
     ],

@@ -1,6 +1,6 @@
 "use strict";
 // Rows are arrays, as page.py writes them; those of parts that were refused end after the reason.
-const FIELDS = ["file", "refusal", "picture", "report", "made", "declared", "triangles", "size", "poses", "distinct",
+const FIELDS = ["file", "refusal", "picture", "report", "made", "declared", "guessed", "triangles", "size", "poses", "distinct",
   "method", "drops", "error", "largest", "share", "shareLow", "shareHigh", "entropy", "passes", "passesLow",
   "passesHigh", "length", "width", "top", "warnings", "groups"];
 const AT_ONCE = 100;
@@ -109,7 +109,8 @@ function detailsOf(part) {
   const cell = element("td");
   cell.colSpan = COLUMNS.length + 1;
   if (!part.refusal) {
-    cell.append(element("p", `${millimetres(...part.size)}, ${part.triangles} triangles; `
+    const size = millimetres(...part.size) + (part.guessed && ` if the file is in ${part.guessed}, which is a guess`);
+    cell.append(element("p", `${size}, ${part.triangles} triangles; `
       + (part.drops ? `${part.drops} drops (${part.method})` : `estimated (${part.method})`)
       + (part.largest == null ? "" : `; with 90 % confidence no pose is off by more than ${number(100 * part.largest, 2)} points`)),
     element("h3", "Poses"), posesOf(part));

@@ -214,7 +214,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "choices": UNITS,
         "default": UNITS[0],
         "help": "unit of the file, in any spelling (default: auto, what the file "
-        "declares, else a guess, which a warning names)",
+        "names, else m for up to 0.6 units and mm for more, with a warning)",
     },
     "--com": {
         "nargs": 3,
@@ -310,8 +310,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
 """What commands share."""
 
 SHARED_UNIT_HELP = (
-    "unit of the files that declare none, in any spelling (default: auto, a guess for "
-    "each); STEP and 3MF files are in the unit that they declare"
+    "unit of the files that name none, in any spelling (default: auto, m for those of "
+    "up to 0.6 units and mm for larger ones); STEP and 3MF files name theirs"
 )
 ADVANCED_OPTIONS = (
     "--com",
@@ -344,9 +344,14 @@ def add_options(command: CommandParser, *names: str, **changes: Any) -> None:
         group.add_argument(*words, **{**OPTIONS[name], **changes})
 
 
-def add_part(command: CommandParser, *names: str) -> None:
-    """Add the part's file, unit and mass properties, then other shared options."""
-    add_options(command, "part", "--unit", "--com")
+def add_part(command: CommandParser, *names: str, **unit: Any) -> None:
+    """Add the part's file, unit and mass properties, then other shared options.
+
+    `unit`: what this command has otherwise of that option.
+    """
+    add_options(command, "part")
+    add_options(command, "--unit", **unit)
+    add_options(command, "--com")
     masses = command.advanced.add_mutually_exclusive_group()
     for name in ("--mass", "--density"):
         masses.add_argument(name, **OPTIONS[name])

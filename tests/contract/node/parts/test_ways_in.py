@@ -138,10 +138,12 @@ def test_a_mesh_by_the_file_that_holds_it(workshop, clamp):
     client, _ = workshop
     part_id = new_id()
     resource = clamp.as_uri()
-    message = PartMesh(part_id=part_id, unit=0.001, mesh_resource=resource)
+    message = PartMesh(part_id=part_id, mesh_resource=resource, mesh_resource_unit="mm")
     MeshPublisher(client).matched().publish(message)
     digest = load_part(clamp, "mm").digest
-    assert latched(client, part_id).part_digest == digest
+    result = latched(client, part_id)
+    assert result.part_digest == digest
+    assert (result.unit, result.unit_guessed) == (0.001, False)
     assert client.good("estimate", part=message).statistics.part_digest == digest
     message.part_id = new_id()
     request = {"part": message, "drops": 50}
@@ -159,7 +161,9 @@ def test_files_elsewhere_are_not_read(workshop, cell, clamp, package, tmp_path):
     (package / "link.stl").unlink(missing_ok=True)
     (package / "link.stl").symlink_to(outside)
     up = "/".join([".."] * len(package.parts))
-    packed = PartMesh(unit=0.001, mesh_resource="package://cell_parts/clamp.stl")
+    packed = PartMesh(
+        mesh_resource="package://cell_parts/clamp.stl", mesh_resource_unit="mm"
+    )
     client.good("estimate", part=packed)
     for uri, words in (
         (f"{clamp.parent.as_uri()}/none.stl", "No such file"),
@@ -175,6 +179,20 @@ def test_files_elsewhere_are_not_read(workshop, cell, clamp, package, tmp_path):
         assert words in client.refused("estimate", part=PartMesh(mesh_resource=uri))
     resource = PartMesh(mesh_resource=clamp.as_uri())
     assert "mesh_folders" in cell.refused("estimate", part=resource)
+
+
+def test_a_file_whose_unit_nobody_names_is_refused_with_the_lengths(workshop, clamp):
+    """The unit of arrays is none for a file, and `auto` would be a guess."""
+    client, _ = workshop
+    for unit in ("", "auto"):
+        message = PartMesh(
+            unit=0.001, mesh_resource=clamp.as_uri(), mesh_resource_unit=unit
+        )
+        refusal = client.refused("estimate", part=message)
+        assert "its length is 40 mm in mm, 1.02 m in inch, 40 m in m, got" in refusal
+        assert refusal.endswith("fill in mesh_resource_unit: mm, inch or m")
+    refusal = client.refused("estimate", part=flat(WEDGE, mesh_resource_unit="mm"))
+    assert "mesh_resource_unit beside a mesh_resource only" in refusal
 
 
 def test_a_nameless_part_is_named_by_its_digest(cell):
@@ -233,6 +251,8 @@ class TestTheCommand:
         outcome = call(
             "publish",
             wedge,
+            "--unit",
+            "m",
             "--part-id",
             "Winkel 4×5",
             "--com",
@@ -249,6 +269,11 @@ class TestTheCommand:
             outcome.returncode == 2
             and "no node answers on /nobody/pose_stat" in outcome.stderr
         )
+
+    def test_it_sends_no_file_whose_unit_nobody_names(self, wedge):
+        outcome = call("publish", wedge)
+        assert (outcome.returncode, outcome.stdout) == (2, "")
+        assert " 40 mm in m, got none; give --unit mm, " in outcome.stderr
 
     def test_what_came_just_before_the_time_is_over_is_printed(self, cell, wedge):
         """An estimate after which a better one might come at any moment."""
@@ -395,7 +420,7 @@ class TestTheCommand:
         path = write_stl(
             tmp_path / "plane.stl", (vertices * (1.0, 1.0, 0.0), triangles)
         )
-        assert "thick" in refusal("publish", path)
+        assert "thick" in refusal("publish", path, "--unit", "m")
 
     @pytest.mark.parametrize(
         ("arguments", "words"),
@@ -415,4 +440,4 @@ class TestTheCommand:
         ],
     )
     def test_what_the_node_would_refuse(self, wedge, arguments, words):
-        assert words in refusal("publish", wedge, *arguments)
+        assert words in refusal("publish", wedge, "--unit", "m", *arguments)
