@@ -1,10 +1,8 @@
 """Threads: surfaces that wind about an axis, and count as what they wind on.
 
-A screw motion about an axis keeps a helical surface: at a place x with the normal n,
-n (axis × x) + c n axis = 0, with c the rise over the turn. So each facet of a flank
-tells c, too much or too little by which corner of its strip it lies at, and their mean
-is near. Facets that are cut against the winding tell it too badly at coarse divisions;
-such a thread is then no surface of revolution, and poses stay separate.
+However a file cuts a thread into triangles, edges lead along its helices: their ends
+are equally far from the axis, and they rise by one lead a radian. Normals of facets tell
+it worse, for they lean by how the strips between two helices are cut.
 """
 
 from typing import NamedTuple
@@ -19,16 +17,16 @@ FEWEST_TURNS = 2.0
 FEWEST_FACETS = 64
 """Of a thread."""
 
-FLANK = 0.3
-"""Cosine of the angle of a flank to the axis: steeper than any."""
+SAME_RADIUS = 1e-3
+"""Share of its radius by which the ends of an edge along a helix may differ in it."""
 
 FLATTEST_LEAD = 0.004
 STEEPEST_LEAD = 0.3
 """Tangents of the angles at which threads wind: 0.02 of an M30 with a fine pitch, and
 0.2 of a lead screw; fine divisions tell smaller ones from none."""
 
-NEAR_LEAD = 0.8
-"""How far the rise that one facet tells may be off, as its share."""
+NEAR_LEAD = 0.2
+"""How far the rise of an edge along a helix may be off, as its share."""
 
 SMALLEST = 1e-9  # distance from the axis that is none, in radii
 
@@ -40,7 +38,7 @@ TURNED = 0.06
 """Sine of the angle of a facet to circles about the axis, beside what its curve leans,
 up to which it is as of a turned part: that at which threads wind."""
 
-END_AREA = 2.0
+END_AREA = 0.5
 """Area of surfaces at a thread's ends that are neither, in pitches times its depth;
 more is a flat or a keyway through it."""
 
@@ -65,24 +63,15 @@ def find_thread(surface: Surface, axis: Array, center: Array) -> Thread | None:
     regions = surface.regions
     if len(regions) < FEWEST_FACETS:
         return None
-    normal = regions[:, NORMAL : NORMAL + 3]
-    area = regions[:, AREA]
     offset = regions[:, :3] - center
     height = components_along(offset, axis)
     radius = lengths(offset - height[:, None] * axis)
-    rise = components_along(normal, axis)
-    across = components_along(cross(offset, normal), axis)
-    lead = np.divide(-across, rise, out=np.zeros(len(rise)), where=np.abs(rise) > FLANK)
-    tangent = np.abs(lead) / np.maximum(radius, SMALLEST)
-    is_flank = (tangent > FLATTEST_LEAD) & (tangent < STEEPEST_LEAD)
+    point = surface.points - center
+    point_height = components_along(point, axis)
+    point_radius = lengths(point - point_height[:, None] * axis)
+    is_flank, mean = _flanks(surface, axis, point, point_height, point_radius)
     if np.count_nonzero(is_flank) < FEWEST_FACETS:
         return None
-    mean = float(np.median(lead[is_flank]))
-    for _ in range(3):
-        is_flank &= np.abs(lead - mean) < NEAR_LEAD * abs(mean)
-        if np.count_nonzero(is_flank) < FEWEST_FACETS:
-            return None
-        mean = float(np.average(lead[is_flank], weights=area[is_flank]))
     pitch = 2.0 * np.pi * abs(mean)
     low, high = np.quantile(height[is_flank], (0.005, 0.995)).tolist()
     turns = (high - low) / pitch
@@ -91,17 +80,15 @@ def find_thread(surface: Surface, axis: Array, center: Array) -> Thread | None:
     ):
         return None
 
-    point = surface.points - center
-    point_height = components_along(point, axis)
-    point_radius = lengths(point - point_height[:, None] * axis)
     of_flank = surface.triangles[is_flank[surface.facet]]
     inner, outer = np.quantile(point_radius[of_flank], (0.005, 0.995)).tolist()
     depth = outer - inner
-    inner -= MARGIN * depth
+    # Facets of a coarse thread lie inside of their corners.
+    inner = min(inner, float(np.quantile(radius[is_flank], 0.005))) - MARGIN * depth
     outer += MARGIN * depth
     in_zone = (radius > inner) & (radius < outer)
     in_zone &= (height > low - BEYOND * pitch) & (height < high + BEYOND * pitch)
-    if _cut_area(surface, axis, center, in_zone & ~is_flank) > END_AREA * pitch * depth:
+    if _cut_area(surface, axis, center, in_zone, is_flank) > END_AREA * pitch * depth:
         return None
     vertex_in_zone = (point_radius > inner) & (point_radius < outer)
     vertex_in_zone &= (point_height > low - BEYOND * pitch) & (
@@ -116,9 +103,46 @@ def find_thread(surface: Surface, axis: Array, center: Array) -> Thread | None:
     return Thread(on_thread, pitch * depth * outer * outer)
 
 
-def _cut_area(surface: Surface, axis: Array, center: Array, chosen: Mask) -> float:
-    """Area of those of the chosen regions that lean to circles about an axis."""
-    triangles = np.flatnonzero(chosen[surface.facet])
+def _flanks(
+    surface: Surface, axis: Array, point: Array, height: Array, radius: Array
+) -> tuple[Mask, float]:
+    """Regions (R,) with edges along helices of one lead, and that lead a radian."""
+    is_flank = np.zeros(len(surface.regions), dtype=np.bool_)
+    begin = surface.triangles
+    end = np.roll(begin, -1, axis=1)
+    triangle, corner = np.nonzero(
+        np.abs(radius[end] - radius[begin]) < SAME_RADIUS * radius[begin]
+    )
+    begin = begin[triangle, corner]
+    end = end[triangle, corner]
+    angle = np.arctan2(
+        components_along(cross(point[begin], point[end]), axis),
+        (point[begin] * point[end]).sum(axis=1) - height[begin] * height[end],
+    )
+    rise = height[end] - height[begin]
+    tangent = np.abs(rise) / np.maximum(np.abs(angle) * radius[begin], SMALLEST)
+    is_helical = (tangent > FLATTEST_LEAD) & (tangent < STEEPEST_LEAD)
+    if not is_helical.any():
+        return is_flank, 0.0
+    angle = angle[is_helical]
+    lead = rise[is_helical] / angle
+    # Half of the way along all helices tells the lead of most.
+    order = np.argsort(lead, kind="stable")
+    way = np.cumsum(np.abs(angle[order]))
+    mean = float(lead[order[np.searchsorted(way, 0.5 * way[-1])]])
+    is_near = np.abs(lead - mean) < NEAR_LEAD * abs(mean)
+    is_flank[surface.facet[triangle[is_helical][is_near]]] = True
+    return is_flank, mean
+
+
+def _cut_area(
+    surface: Surface, axis: Array, center: Array, in_zone: Mask, is_flank: Mask
+) -> float:
+    """Area of regions in a zone that lean to circles about an axis, unlike its flanks.
+
+    Coarse ones of these lean by how they are cut.
+    """
+    triangles = np.flatnonzero((in_zone | is_flank)[surface.facet])
     facet = surface.facet[triangles]
     corners = surface.points[surface.triangles[triangles]] - center
     radius = lengths(
@@ -126,9 +150,12 @@ def _cut_area(surface: Surface, axis: Array, center: Array, chosen: Mask) -> flo
     ).reshape(-1, 3)
     normal = surface.regions[facet, NORMAL : NORMAL + 3]
     across = np.abs((corners * cross(normal, axis)[:, None, :]).sum(axis=2))
-    leans = np.zeros(len(chosen), dtype=np.bool_)
-    allowed = (TURNED + surface.lean[facet])[:, None] * radius
-    leans[facet[(across > allowed).any(axis=1)]] = True
+    lean = (across / np.maximum(radius, SMALLEST)).max(axis=1)
+    of_flank = is_flank[facet]
+    as_flanks = float(np.quantile(lean[of_flank], 0.995))
+    allowed = np.maximum(TURNED + surface.lean[facet], as_flanks)
+    leans = np.zeros(len(in_zone), dtype=np.bool_)
+    leans[facet[~of_flank & (lean > allowed)]] = True
     return float(surface.regions[leans, AREA].sum())
 
 

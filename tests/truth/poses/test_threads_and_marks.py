@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from manifold3d import Manifold, Mesh64
 
-from lab.bodies import exports, threaded
+from lab.bodies import exports, fine_parts, threaded
 from lab.bodies.fine_parts import surface
 from lab.bodies.variants import in_float32, moved, rotation
 from ros_pose_stats import part_from_mesh, resting_poses
@@ -54,18 +54,28 @@ def test_rounded_and_far_from_the_origin(body, expected):
         assert sizes(far(body, seed)) == expected
 
 
-@pytest.mark.parametrize("sides", [24, 32, 48])
-@pytest.mark.parametrize("hand", ["right", "left"])
+@pytest.mark.parametrize("sides", [20, 36])
+@pytest.mark.parametrize("hand", [1, -1])
 def test_threads_however_they_are_divided(sides, hand):
+    """The modeller cuts a left-handed thread against its winding.
+
+    A mirror makes that a right-handed one, cut so.
+    """
     for body, expected in (
-        (threaded.bolt(sides, start=40.0), BOLT),
-        (threaded.nut(sides, start=40.0), NUT),
+        (threaded.bolt(sides, turns=8.0, start=40.0, hand=hand), BOLT),
+        (threaded.nut(sides, start=40.0, hand=hand), NUT),
     ):
         vertices, triangles = body
-        if hand == "left":
-            vertices = vertices * (-1.0, 1.0, 1.0)
-            triangles = triangles[:, ::-1]
-        assert sizes((vertices, triangles)) == expected
+        assert sizes(body) == expected
+        mirrored = vertices * (-1.0, 1.0, 1.0), triangles[:, ::-1]
+        assert sizes(mirrored) == expected
+
+
+@pytest.mark.parametrize("sides", [20, 64])
+def test_threads_as_a_grid_of_heights(sides):
+    """Only along crests and roots lead edges on helices there."""
+    vertices, triangles = fine_parts.screw(sides)
+    assert sizes((1e3 * vertices, triangles)) == BOLT
 
 
 @pytest.mark.parametrize("sides", [16, 20, 31, 32, 50, 100])
@@ -90,9 +100,9 @@ MARKS = {
 
 
 @pytest.mark.parametrize(("body", "edges", "middle"), MARKS.values(), ids=MARKS)
-@pytest.mark.parametrize("sides", [24, 36])
-def test_marks_of_three_tenths_part_poses(sides, body, edges, middle):
-    plain = getattr(threaded, body)(sides, start=17.0)
+@pytest.mark.parametrize(("sides", "hand"), [(20, 1), (24, -1)])
+def test_marks_of_three_tenths_part_poses(sides, hand, body, edges, middle):
+    plain = getattr(threaded, body)(sides, start=17.0, hand=hand)
     assert sizes(cut(plain, edges, middle)) == [1] * 8
 
 
