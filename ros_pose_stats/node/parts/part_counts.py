@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from rclpy.serialization import deserialize_message
 from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 
 from ...base import errors, methods, text
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
     from ...core.plates import PlateProfile
 
 RECENT = 400  # parts that are compared with all those before
+
+SAME_DOWN = 1e-6
+"""By how much the cosine of two directions may be below 1 that are the same one."""
 
 CHANCE = 1e-4
 """Below it a change is more: one false alarm in some hundred thousand parts."""
@@ -213,7 +217,7 @@ class PartCounts:
         return [Change(table, self._part_id, None) for table in ("counts", "flips")]
 
     def _tally_on(self, ground: Ground, poses: int) -> Tally | None:
-        """The counts on a ground; those of a version that had other poses there go."""
+        """The counts on a ground; those of a version with other poses there move."""
         self.restore()
         tally = self.tally
         if tally is None or not (
@@ -223,14 +227,64 @@ class PartCounts:
         tally.ground = ground
         if tally.total.size == poses:
             return tally
+        self.tally = self._renumber(tally, poses)
+        return self.tally
+
+    def _renumber(self, tally: Tally, poses: int) -> Tally | None:
+        """Counts of a version with other poses, for those that have their `down` now.
+
+        None where no pose has. What is set aside is told.
+        """
+        pose_of = self._poses_now(tally, poses)
+        has_pose = pose_of >= 0
+        moved_tally = Tally(tally.ground, np.zeros(poses, np.int64), tally.series)
+        np.add.at(moved_tally.total, pose_of[has_pose], tally.total[has_pose])
+        for speed, flips in tally.flips.items():
+            moved_flips = moved_tally.flips.setdefault(speed, Counter())
+            for (start, end), count in flips.items():
+                if has_pose[start] and has_pose[end]:
+                    moved_flips[int(pose_of[start]), int(pose_of[end])] += count
         self._warn(
-            f"what was counted of {part_requests.quote_text(self._part_id)} no longer "
-            f"counts: expected {poses} poses, got counts of {tally.total.size}; "
-            f"an earlier version had others, so count again"
+            f"an earlier version had {tally.total.size} poses of "
+            f"{part_requests.quote_text(self._part_id)}, this one has {poses}: "
+            f"{tally.total[has_pose].sum()} of {tally.total.sum()} parts that were "
+            f"counted are of the poses with the same down; the others are set aside"
         )
-        self.tally = None
-        self._state.put(*self.removal())
-        return None
+        if not has_pose.any():
+            self._state.put(*self.removal())
+            return None
+        changes = [self._change_of(moved_tally), self._change_of_flips(moved_tally)]
+        moved_tally.change = self._state.put(*changes)
+        return moved_tally
+
+    def _poses_now(self, tally: Tally, poses: int) -> Index:
+        """Pose (K,) that each counted one is part of now, -1 where that is not known.
+
+        The result that the state still has says where they pointed down.
+        """
+        unknown = np.full(tally.total.size, -1, np.int64)
+        row = self._state.get("results", self._part_id)
+        if row is None:
+            return unknown
+        try:
+            message = deserialize_message(row[1], PoseStatistics)
+            if (message.part_digest, len(message.poses)) != (
+                self._digest,
+                unknown.size,
+            ):
+                return unknown
+            part = self._build()
+        except Exception:  # of the bindings, or of a part that is refused
+            return unknown
+        downs = np.empty((unknown.size, 3))
+        for pose in message.poses:
+            downs[pose.index] = pose.down.x, pose.down.y, pose.down.z
+        resting = resting_poses(part, *tally.ground.numbering)
+        cosine = downs @ resting.body.arrays.normal.T
+        is_face = cosine.max(axis=1) > 1.0 - SAME_DOWN
+        if len(resting.poses) != poses:
+            return unknown
+        return np.where(is_face, resting.pose_of_face[cosine.argmax(axis=1)], -1)
 
     def flips_at(self, message: PoseStatistics, speed: str) -> Index:
         """Flips (K, K) counted at a speed on a result's ground; raises RequestError."""

@@ -4,16 +4,19 @@ import os
 import threading
 import time
 import weakref
+from collections import Counter
 from functools import partial
 from types import SimpleNamespace
 from unittest.mock import MagicMock, Mock
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import Vector3
 from rclpy.serialization import serialize_message
-from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics, StablePose
+from ros_pose_stats_msgs.msg import JobEvent, PoseCounts, PoseStatistics, StablePose
 
-from ros_pose_stats import part_from_mesh
+from lab.bodies import exports
+from ros_pose_stats import part_from_mesh, resting_poses
 from ros_pose_stats.base.errors import BatchError, MeshError, RequestError
 from ros_pose_stats.base.worker import WorkerProcess
 from ros_pose_stats.core.mesh.overlap import TakesLongError
@@ -249,6 +252,42 @@ def test_counts_that_do_not_fit_a_result_are_left_out_of_it(
         builds,
         warnings,
     )
+
+
+@pytest.mark.filterwarnings(
+    "ignore:module 'sre_:DeprecationWarning"
+)  # messages as text
+def test_counts_of_a_version_with_other_poses_go_to_those_with_their_down():
+    """A gear of which an earlier version made a pose of each tooth."""
+    part = part_from_mesh(*exports.gear(20), unit="mm")
+    old, new = (resting_poses(part, tolerance).poses for tolerance in (0.0, 0.0025))
+    assert (len(old), len(new)) == (42, 3)
+    message = PoseStatistics(part_digest="gear")
+    for pose in old:
+        x, y, z = pose.down.tolist()
+        message.poses.append(StablePose(index=pose.index, down=Vector3(x=x, y=y, z=z)))
+    rows = {"results": ("gear", serialize_message(message), b"", 1)}
+    stored = []
+    state = Mock(get=lambda table, key: rows.get(table))
+    state.put = lambda *changes: stored.extend(changes) or 7
+    node = Mock()
+    equipment = equipment_of(state=state, node=node, plate="", profile=None)
+    counts = PartCounts(equipment, "gear", "gear", lambda: part)
+    total = np.arange(1, 43)
+    ground = Ground(Numbering(0.0025, 192), "")
+    counts.tally = Tally(ground, total, 5)
+    counts.tally.flips["slow"] = Counter({(0, 7): 3, (9, 8): 4})
+    seen = PoseCounts(cluster_tolerance=0.0025, round_sides=192, index=[2], count=[0])
+    assert counts.add(seen, len(new))
+    lying = [pose.index for pose in old if abs(pose.down[2]) < 0.5]
+    rim = next(pose.index for pose in new if abs(pose.down[2]) < 0.5)
+    assert counts.tally.total[rim] == total[lying].sum()
+    assert counts.tally.total.sum() == total.sum()
+    assert counts.tally.series == 5
+    assert sum(counts.tally.flips["slow"].values()) == 7
+    assert {change.table for change in stored} == {"counts", "flips"}
+    (note,) = node.get_logger().warning.call_args.args
+    assert "had 42 poses" in note and "903 of 903 parts" in note
 
 
 def failure(registry, request):
