@@ -81,7 +81,7 @@ def curve_angle(resting: poses.RestingPoses) -> float:
     is_small = turn < tolerances.CURVED
     is_narrow = arrays.inset < tolerances.NARROW * turn * arrays.distance[arrays.face]
     bent_faces = arrays.face[~is_small & (turn < tolerances.BENT)]
-    cannot_roll = np.array([not pose.rolls for pose in resting.poses])
+    lies_off_runs = body.run_of_face[resting.faces] < 0
 
     def facets() -> tuple[Mask, Mask]:
         """Which faces are facets of curves, and which poses lie on one."""
@@ -90,7 +90,7 @@ def curve_angle(resting: poses.RestingPoses) -> float:
         lies_on_curve = (
             np.bincount(arrays.face[is_small & is_narrow], minlength=body.faces) > 1
         )
-        return is_curved, (lies_on_curve & is_curved)[resting.faces] & cannot_roll
+        return is_curved, (lies_on_curve & is_curved)[resting.faces] & lies_off_runs
 
     if not facets()[1].any():
         return 0.0
