@@ -22,6 +22,7 @@ import sys
 import tempfile
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Any
@@ -36,21 +37,18 @@ import llvmlite.binding as llvm
 import numba
 from numba.core.runtime import rtsys
 
-from ...base.files import write_file
+from ...base import caches
 
 core: Any = numba.core
 config: Any = core.config  # its names are made at import and unknown to type checkers
 
-NAME = "ros_pose_stats"
+NAME = caches.NAME
 
 ENVIRONMENT = "_ZN08NumbaEnv"
 """What the name of a function's environment begins with."""
 
 V3 = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave")
 """What x86-64-v3 adds to x86-64, in the names of LLVM."""
-
-SEAL = 32
-"""Bytes of the digest at the head of a file."""
 
 
 def baseline() -> str:
@@ -227,30 +225,19 @@ def source_digest() -> str:
 def cache_directory() -> Path:
     """Directory of the machine code: `$NUMBA_CACHE_DIR` or the user's cache, by digest.
 
-    Else a folder for this process alone. The code is unpickled, so none of another
-    owner is taken.
+    Else a folder for this process alone.
     """
     name = source_digest()
-    roots = [
-        os.environ.get("NUMBA_CACHE_DIR"),
-        os.environ.get("XDG_CACHE_HOME"),
-        "~/.cache",
-    ]
-    for root in roots:
-        if not root:
-            continue
-        directory = Path(root).expanduser() / "ros_pose_stats" / name
-        try:
-            directory.mkdir(parents=True, exist_ok=True)
-        except (OSError, RuntimeError):
-            continue
-        if os.access(directory, os.W_OK) and directory.stat().st_uid == os.getuid():
+    for cache in caches.cache_folders():
+        directory = cache / name
+        with suppress(OSError):
+            caches.make_folder(directory)
+        # A store that root has filled for all is as good as one's own.
+        if caches.is_trusted(directory) and (
+            os.access(directory, os.W_OK) or any(directory.glob("*/*.code"))
+        ):
             return directory
     return Path(tempfile.mkdtemp(prefix="ros_pose_stats_"))
-
-
-class DamagedCodeError(Exception):
-    """A file that is not as it was written."""
 
 
 class KernelFile:
@@ -276,10 +263,9 @@ class KernelFile:
     def read(self) -> tuple[Any, ...] | None:
         """A compiled kernel in pieces; None where there is none or a damaged one."""
         try:
-            stored = self.file.read_bytes()
-            if hashlib.sha256(stored[SEAL:]).digest() != stored[:SEAL]:
-                raise DamagedCodeError("its digest is not that of its content")
-            pieces: tuple[Any, ...] = pickle.loads(stored[SEAL:])
+            folder, name = self.file.parts[-2:]
+            content = caches.read_sealed(cache_directory(), f"{folder}/{name}")
+            pieces: tuple[Any, ...] = pickle.loads(content)
             return pieces
         except FileNotFoundError:
             return None
@@ -309,7 +295,7 @@ class KernelFile:
         *pieces, _ = compiled._reduce()
         try:
             content = core.serialize.dumps((*pieces, ()))
-            write_file(self.file, hashlib.sha256(content).digest() + content)
+            caches.write_sealed(self.file, content)
         except OSError as error:
             self._warn("written", error)
 

@@ -7,6 +7,7 @@ announces (cut off by a full disk, say) is refused; and the objects of a scene a
 in place by their transforms and joined into one mesh.
 """
 
+import hashlib
 import importlib.util
 import json
 import math
@@ -14,13 +15,15 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterable
+from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...base import extras
-from ...base.errors import MeshFileError
+from ...base.caches import BoundedCache
+from ...base.errors import MeshFileError, reason
 from ...base.files import NotAFileError, open_file
 from ..records import Array, Corners, Index
 from . import units, vectors
@@ -47,6 +50,9 @@ _OUT_OF_MEMORY = (b"MemoryError", b"bad_alloc", b"OutOfMemory")
 
 MOST_BYTES = 2**29
 """Of a file, and of a mesh's arrays: some ten million triangles."""
+
+TESSELLATIONS = BoundedCache("tessellations", 2**28)
+"""A STEP file takes seconds, and is read by one command after the other."""
 
 SUFFIXES = (".stl", ".obj", ".ply", ".off", ".3mf", *STEP_SUFFIXES)
 
@@ -227,7 +233,16 @@ def read_in_process(
         if package is None or package.origin is None:
             raise extras.missing_module("cascadio", f"needed for {path}")
         folder = str(Path(package.origin).parents[1])
-    line, _, arrays = _run_reader(path, data, kind, most_bytes, folder).partition(b"\n")
+    key = ""
+    answer = None
+    if kind == "step":
+        key = _tessellation_key(data, most_bytes)
+        answer = TESSELLATIONS.find(key)
+    if answer is None:
+        answer = _run_reader(path, data, kind, most_bytes, folder)
+        if key and not answer.startswith((b'{"refused', b'{"unreadable')):
+            TESSELLATIONS.keep(key, answer)
+    line, _, arrays = answer.partition(b"\n")
     head = json.loads(line)
     if "unreadable" in head:
         raise MeshFileError(
@@ -256,6 +271,15 @@ def read_in_process(
     ]
 
 
+def _tessellation_key(data: bytes, most_bytes: int) -> str:
+    """Digest of a STEP file, and of all that decides what comes of it."""
+    digest = hashlib.sha256(f"{metadata.version('cascadio')} {most_bytes} ".encode())
+    for name in ("step_files.py", "raw_meshes.py", "reading_process.py"):
+        digest.update(Path(__file__).with_name(name).read_bytes())
+    digest.update(data)
+    return digest.hexdigest()
+
+
 def _run_reader(
     path: Path, data: bytes, kind: str, most_bytes: int, folder: str
 ) -> bytes:
@@ -278,6 +302,12 @@ def _run_reader(
             f"a {kind.upper()} file that is read within {_MOST_SECONDS:g} s",
             f"{path} of {len(data) / 1e6:.3g} MB, which takes longer",
             "export single parts, or export as STL",
+        ) from error
+    except OSError as error:
+        raise MeshFileError(
+            f"a process to read {path} in",
+            f"none ({reason(error)})",
+            "end others that use up the memory",
         ) from error
     if process.returncode == 0 and process.stdout:
         return process.stdout

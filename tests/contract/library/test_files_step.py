@@ -10,6 +10,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -166,7 +167,7 @@ def test_a_tessellation_ends_with_whoever_started_it(tmp_path):
     """By `kill -9`, and in the middle of its work, where it is stopped before; we are
     sooner.
     """
-    path = written(tmp_path / "a.step", WHOLE)
+    path = written(tmp_path / "a.step", f"{WHOLE}\n{time.time_ns()}")
     with subprocess.Popen(
         [sys.executable, "-m", "ros_pose_stats", "estimate", path],
         cwd=ROOT,
@@ -182,6 +183,16 @@ def test_a_tessellation_ends_with_whoever_started_it(tmp_path):
         starter.kill()
     while not is_gone(child):
         pass
+
+
+def test_a_file_is_tessellated_once(tmp_path, monkeypatch):
+    """Whatever its name; then without a process to read it in."""
+    new_text = f"{WHOLE}\n{time.time_ns()}\n"
+    digest = load_part(written(tmp_path / "a.step", new_text)).digest
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "none"))
+    assert load_part(written(tmp_path / "b.stp", new_text)).digest == digest
+    other = written(tmp_path / "c.step", f"{new_text}\n")
+    assert "a process to read" in refusal_of(load_part, other)
 
 
 def test_without_the_package_a_sentence_says_what_to_install(tmp_path, monkeypatch):

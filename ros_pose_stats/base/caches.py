@@ -1,0 +1,161 @@
+"""What is kept below the user's cache: compiled kernels, and meshes of STEP files.
+
+It is used as it lies there, and some of it is code. So every folder and file is root's
+or one's own, and writable by nobody else; it is opened without following links, and
+looked at once it is open.
+"""
+
+import errno
+import hashlib
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+from .files import write_whole
+
+NAME = "ros_pose_stats"
+SEAL = 32
+"""Bytes of the digest at the head of a file."""
+
+OTHERS = stat.S_IWGRP | stat.S_IWOTH
+
+
+def cache_folders() -> Iterator[Path]:
+    """Where a cache may be: below `$NUMBA_CACHE_DIR`, else below the user's cache."""
+    for root in (
+        os.environ.get("NUMBA_CACHE_DIR"),
+        os.environ.get("XDG_CACHE_HOME"),
+        "~/.cache",
+    ):
+        if root:
+            with suppress(RuntimeError):  # a user without a home
+                yield Path(root).expanduser() / NAME
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder of a cache, which nobody else may look into."""
+    folder.parent.parent.mkdir(parents=True, exist_ok=True)
+    folder.parent.mkdir(mode=0o700, exist_ok=True)
+    folder.mkdir(mode=0o700, exist_ok=True)
+
+
+def _open_trusted(name: str | Path, flags: int, folder: int | None = None) -> int:
+    """Open what is root's or one's own; raises OSError."""
+    flags |= os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK
+    number = os.open(name, flags, dir_fd=folder)
+    try:
+        status = os.fstat(number)
+        mode = status.st_mode
+        if status.st_uid == os.getuid() and mode & OTHERS:
+            os.fchmod(number, stat.S_IMODE(mode) & ~OTHERS)
+            mode &= ~OTHERS
+        is_kind = stat.S_ISDIR(mode) if flags & os.O_DIRECTORY else stat.S_ISREG(mode)
+        if status.st_uid not in (0, os.getuid()) or mode & OTHERS or not is_kind:
+            raise PermissionError(
+                errno.EPERM, "others may have written it", os.fspath(name)
+            )
+    except OSError:
+        os.close(number)
+        raise
+    return number
+
+
+def _open_below(folder: Path, names: list[str], flags: int) -> int:
+    """Open what lies in folders of a cache, each of them looked at; raises OSError."""
+    number = _open_trusted(folder, os.O_DIRECTORY)
+    for position, name in enumerate(names, 1):
+        kind = flags if position == len(names) else os.O_DIRECTORY
+        try:
+            below = _open_trusted(name, kind, number)
+        finally:
+            os.close(number)
+        number = below
+    return number
+
+
+def is_trusted(folder: Path) -> bool:
+    """Whether a folder of a cache, and the cache, are root's or one's own."""
+    try:
+        os.close(_open_below(folder.parent, [folder.name], os.O_DIRECTORY))
+    except OSError:
+        return False
+    return True
+
+
+class DamagedError(Exception):
+    """A file that is not as it was written."""
+
+
+def read_sealed(folder: Path, name: str) -> bytes:
+    """Content of a file by its path in a folder; raises OSError, DamagedError."""
+    number = _open_below(folder, name.split("/"), 0)
+    with os.fdopen(number, "rb") as stream:
+        stored = stream.read()
+    if hashlib.sha256(stored[SEAL:]).digest() != stored[:SEAL]:
+        raise DamagedError("its digest is not that of its content")
+    return stored[SEAL:]
+
+
+def write_sealed(file: Path, content: bytes) -> None:
+    """Write a file, whole or not at all, that nobody else can read."""
+
+    def write(temporary: Path) -> None:
+        part = temporary / file.name
+        part.touch(mode=0o600)
+        part.write_bytes(hashlib.sha256(content).digest() + content)
+
+    file.parent.mkdir(mode=0o700, exist_ok=True)
+    write_whole(file.parent, write)
+
+
+class BoundedCache:
+    """Files by name in a folder of the cache; the least recently used ones go."""
+
+    def __init__(self, name: str, most_bytes: int) -> None:
+        self._name = name
+        self._most_bytes = most_bytes
+
+    def find(self, key: str) -> bytes | None:
+        """What is kept under a key; None where there is nothing that is sound."""
+        folder = self._folder()
+        if folder is None:
+            return None
+        try:
+            content = read_sealed(folder, key)
+            os.utime(folder / key, follow_symlinks=False)
+        except (OSError, DamagedError):
+            return None
+        return content
+
+    def keep(self, key: str, content: bytes) -> None:
+        """Keep something, where that can be done."""
+        folder = self._folder()
+        if folder is None or len(content) > self._most_bytes:
+            return
+        with suppress(OSError):
+            write_sealed(folder / key, content)
+            self._remove_oldest(folder)
+
+    def _folder(self) -> Path | None:
+        for cache in cache_folders():
+            folder = cache / self._name
+            with suppress(OSError):
+                make_folder(folder)
+                if is_trusted(folder) and os.access(folder, os.W_OK):
+                    return folder
+        return None
+
+    def _remove_oldest(self, folder: Path) -> None:
+        entries = [
+            (entry.stat(follow_symlinks=False), entry.path)
+            for entry in os.scandir(folder)
+            if entry.is_file(follow_symlinks=False)
+        ]
+        total = sum(status.st_size for status, _ in entries)
+        for status, path in sorted(entries, key=lambda entry: entry[0].st_mtime_ns):
+            if total <= self._most_bytes:
+                break
+            Path(path).unlink(missing_ok=True)
+            total -= status.st_size

@@ -1,0 +1,68 @@
+"""What is kept in the user's cache: bounded, and of nobody else."""
+
+import os
+
+import pytest
+
+from ros_pose_stats.base.caches import BoundedCache
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """A cache for three files of a hundred bytes, and its folder."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    for name in ("XDG_CACHE_HOME", "HOME"):  # where it would look then
+        monkeypatch.setenv(name, os.devnull)
+    return BoundedCache("meshes", 400), tmp_path / "cache" / "ros_pose_stats" / "meshes"
+
+
+def test_what_was_not_used_for_longest_goes(cache):
+    meshes, folder = cache
+    for number, key in enumerate("abc"):
+        meshes.keep(key, 90 * key.encode())
+        os.utime(folder / key, (number, number))
+    assert meshes.find("a") == 90 * b"a"
+    meshes.keep("d", 90 * b"d")
+    assert sorted(file.name for file in folder.iterdir()) == ["a", "c", "d"]
+    meshes.keep("e", 500 * b"e")
+    assert meshes.find("e") is None and meshes.find("d") is not None
+
+
+def test_damaged_files_are_not_used(cache):
+    meshes, folder = cache
+    meshes.keep("a", b"content")
+    for content in (b"", (folder / "a").read_bytes()[:-1] + b"?"):
+        (folder / "a").write_bytes(content)
+        assert meshes.find("a") is None
+
+
+def test_links_are_not_followed(cache, tmp_path):
+    meshes, folder = cache
+    meshes.keep("a", b"content")
+    (folder / "a").rename(tmp_path / "a")
+    (folder / "a").symlink_to(tmp_path / "a")
+    assert meshes.find("a") is None
+    (folder / "a").unlink()
+    (tmp_path / "a").rename(folder / "a")
+    assert meshes.find("a") == b"content"
+    folder.rename(tmp_path / "elsewhere")
+    folder.symlink_to(tmp_path / "elsewhere")
+    assert meshes.find("a") is None
+
+
+def test_nobody_else_may_write_there(cache):
+    meshes, folder = cache
+    meshes.keep("a", b"content")
+    for path in (folder, folder / "a", folder.parent):
+        path.chmod(0o777)
+    assert meshes.find("a") == b"content"
+    assert {path.stat().st_mode & 0o22 for path in (folder, folder / "a")} == {0}
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root gives files away")
+@pytest.mark.parametrize("name", [".", "a", ".."])
+def test_what_another_user_owns_is_not_used(cache, name):
+    meshes, folder = cache
+    meshes.keep("a", b"content")
+    os.chown(folder / name, 65534, 65534)
+    assert meshes.find("a") is None
