@@ -34,8 +34,10 @@ has its unit: `200mm`. Probabilities and errors are fractions between 0 and 1.
 **Files.** A part is read from a STEP, STL, OBJ, PLY, OFF or 3MF file. STL, OBJ, PLY and OFF do
 not say their unit: up to a largest extent of 0.6 it is the metre, else the millimetre, and a
 warning says so unless `--unit` is given. `publish` refuses such a file without `--unit`.
-STEP files need the package cascadio, which `make setup` installs; all solids of a file are one
-part. The examples use the parts that `ros_pose_stats shapes demo` writes.
+STEP files need the package cascadio, which `make setup` installs. Bodies of a file that stand
+apart are parts of their own: of equal ones one is taken, of different ones `--body N` says
+which, and `--body all` takes all as one rigid part. The examples use the parts that
+`ros_pose_stats shapes demo` writes.
 
 **JSON.** With `--json` a command prints JSON and nothing else on standard output. NaN and infinity
 are written as `null`.

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
 
 from ...base import errors, text
 from ..records import Part
-from ..records.part import digest_name
-from . import arrays, files, mass_properties, units
+from ..records.part import Corners, Mask, digest_name
+from . import arrays, bodies, files, mass_properties, units
 from .hull import hull_of_part, keep_hull
 from .surface import surface_of
 
@@ -26,6 +27,7 @@ def load_part(
     density: float | None = None,
     part_id: str = "",
     unless_declared: bool = False,
+    body: bodies.Choice = None,
 ) -> Part:
     """Load a part from a mesh file.
 
@@ -46,6 +48,8 @@ def load_part(
         Whether `unit` is for a file that declares none only, as where one is given for
         several files. Else it wins, with the warning `UNIT_OVERRIDDEN` where the file
         contradicts it.
+    body : int or str, optional
+        See `part_from_mesh`.
 
     Returns
     -------
@@ -61,6 +65,7 @@ def load_part(
         mesh,
         mass_properties.check_properties(center_of_mass, mass, inertia, density),
         part_id or text.printable(Path(file).stem),
+        bodies.check_choice(body),
     )
 
 
@@ -74,6 +79,7 @@ def part_from_mesh(
     density: float | None = None,
     part_id: str = "",
     unit: str | float = 1.0,
+    body: bodies.Choice = None,
 ) -> Part:
     """Make a part from a triangle mesh.
 
@@ -98,22 +104,29 @@ def part_from_mesh(
         Default: `mesh_` and twelve digits of the digest.
     unit : str or float
         `m`, `mm`, `cm`, `inch` or metres a mesh unit.
+    body : int or str, optional
+        Which body of the mesh is the part, by falling volume of the hull from 0 on, or
+        `all` for all as one rigid part. Bodies whose hulls come within 2 % of the
+        radius of the whole count as one. Default: the mesh, if nothing in it stands
+        apart; the first of equal ones.
 
     Returns
     -------
     Part
         With warnings `UNIT_SUSPECT`, `HOLES_CLOSED`, `OPEN_MESH`, `BODIES_OVERLAP` and
-        `INERTIA_SUSPECT` where they apply.
+        `INERTIA_SUSPECT`, and notes `BODIES_APART` and `BODIES_LOOSE`, where they
+        apply. Its mesh is that of the body alone.
 
     Raises
     ------
     MeshError
-        If the arrays are no triangle mesh or span no volume.
+        If the arrays are no triangle mesh or span no volume, or if bodies stand apart
+        that differ, and `body` names none.
     MassPropertiesError
         If no rigid part of this shape can have the given mass properties, or if a
         density is given and the mesh encloses no volume that is known.
     RequestError
-        If `unit` is not a unit, or `part_id` no text.
+        If `unit` is not a unit, `part_id` no text, or `body` no body's number.
     """
     if not isinstance(part_id, str):
         raise errors.RequestError(
@@ -136,16 +149,27 @@ def part_from_mesh(
         files.FileMesh(vertices, triangles, units.metres_per_unit(unit)),
         properties,
         part_id,
+        bodies.check_choice(body),
     )
 
 
 def part_of_file(
-    mesh: files.FileMesh, properties: mass_properties.GivenProperties, part_id: str
+    mesh: files.FileMesh,
+    properties: mass_properties.GivenProperties,
+    part_id: str,
+    body: bodies.Choice = None,
 ) -> Part:
     """Check, weld, close, orient and integrate the mesh of a file or of arrays."""
     metres, corners = arrays.check_mesh(mesh.vertices, mesh.triangles, mesh.unit)
-    rounding = arrays.coordinate_rounding(mesh.vertices, corners) * mesh.unit
     vertices, triangles = arrays.weld(metres, corners.astype(np.int64))
+    chosen = bodies.choose_body(vertices, triangles, body)
+    if chosen is not None:
+        mesh = _mesh_of_body(
+            mesh, corners, chosen.in_body[cKDTree(vertices).query(metres)[1]]
+        )
+        metres, corners = arrays.check_mesh(mesh.vertices, mesh.triangles, mesh.unit)
+        vertices, triangles = arrays.weld(metres, corners.astype(np.int64))
+    rounding = arrays.coordinate_rounding(mesh.vertices, corners) * mesh.unit
     surface = surface_of(vertices, triangles)
     kilograms, center, tensor = mass_properties.complete_properties(properties, surface)
     warnings = (
@@ -166,12 +190,23 @@ def part_of_file(
         tensor,
         warnings,
         rounding,
-        notes=surface.notes,
+        notes=surface.notes if chosen is None else (*chosen.notes, *surface.notes),
         unit=mesh.unit,
         unit_guessed=mesh.unit_guessed,
+        bodies=1 if chosen is None else chosen.bodies,
     )
     keep_hull(part, surface.hull)
     return part
+
+
+def _mesh_of_body(
+    mesh: files.FileMesh, corners: Corners, in_body: Mask
+) -> files.FileMesh:
+    """What a file would hold with no other body in it; `in_body` (V,): its vertices."""
+    vertices, triangles = arrays.remove_unused(
+        arrays.real_array(mesh.vertices), corners[in_body[corners[:, 0]]]
+    )
+    return mesh._replace(vertices=vertices, triangles=triangles)
 
 
 def shift_center(part: Part, offset: ArrayLike) -> Part:

@@ -7,6 +7,8 @@ Where it lies in nothing it was exported inverted and is turned, and from there 
 the windings tell nothing: the shells in it are voids and bodies in turn.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kernels.mesh.measures import tetrahedra
@@ -26,18 +28,24 @@ _NO_VOLUME = 1e-14
 _FEW = 4  # candidates that are asked at first
 
 
-def orient_outward(points: Array, shells: Shells) -> tuple[Index, float]:
-    """Turn shells of points of size one so that normals point out of the material.
+class Material(NamedTuple):
+    """What shells bound."""
 
-    Returns the triangles, and the share of the volume that counts twice where bodies
-    reach into each other by more than `OVERLAP` of the size, else 0.
-    """
+    triangles: Index  # (T, 3); normals point out of it
+    # share of the volume that counts twice where bodies reach into each other by more
+    # than `OVERLAP` of the size, else 0
+    doubled_share: float
+    body: Index | None = None  # (T,); of each triangle; None for one body
+
+
+def orient_outward(points: Array, shells: Shells) -> Material:
+    """Turn shells of points of size one so that normals point out of the material."""
     weights = tetrahedra(points, shells.triangles)
     if shells.shell_count == 1:
         is_inverted = float(weights.sum()) < 0.0
-        return np.ascontiguousarray(
-            shells.triangles[:, :: -1 if is_inverted else 1]
-        ), 0.0
+        return Material(
+            np.ascontiguousarray(shells.triangles[:, :: -1 if is_inverted else 1]), 0.0
+        )
     volumes = np.bincount(
         shells.shell, weights=weights, minlength=shells.shell_count
     ).astype(np.float64)
@@ -53,12 +61,14 @@ def orient_outward(points: Array, shells: Shells) -> tuple[Index, float]:
     triangles[order] = np.where(
         is_turned[:, None], shells_by_size.triangles[:, ::-1], shells_by_size.triangles
     )
-    body = owner[shells_by_size.shell]
+    body_by_size = owner[shells_by_size.shell]
+    body = np.empty_like(body_by_size)
+    body[order] = body_by_size
     if not is_doubled and not reach_into_each_other(
-        points, shells_by_size.triangles, body
+        points, shells_by_size.triangles, body_by_size
     ):
-        return triangles, 0.0
-    return triangles, _doubled_share(points, triangles[order], body)
+        return Material(triangles, 0.0, body)
+    return Material(triangles, _doubled_share(points, triangles, body), body)
 
 
 def _doubled_share(points: Array, triangles: Index, body: Index) -> float:

@@ -12,7 +12,9 @@ from ..kernels.principal_axes import principal_axes
 from ..records import Array, Index
 from . import arrays, winding
 from .closing import Closing, close_holes
+from .crossing import share_enclosed_twice
 from .hull import Hull, distance_to_hull, hull_of
+from .looseness import has_loose_bodies
 from .shells import orient_outward
 from .vectors import UnitPoints, area_vectors, to_unit_size
 
@@ -20,6 +22,9 @@ UNCERTAIN = 1e-3
 """Largest volume, as a fraction of the solid's, that caps of holes may be wrong by, or
 that bodies may share without a warning. The centre of mass is then right to a
 thousandth of the radius."""
+
+CONVEX = 1.0 - 1e-9
+"""Share of the hull's volume from which on a solid is convex and cannot cross itself."""
 
 
 class Solid(NamedTuple):
@@ -118,22 +123,35 @@ def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
     """The solid that closed shells bound."""
     points, triangles = arrays.remove_unused(vertices, shells.triangles)
     scaled = to_unit_size(points)
-    outward_triangles, doubled_share = orient_outward(
-        scaled.points, shells._replace(triangles=triangles)
+    material = orient_outward(scaled.points, shells._replace(triangles=triangles))
+    solid = solid_of(scaled, material.triangles)
+    hull = hull_of(scaled)
+    doubled_share = material.doubled_share
+    finding = "bodies of the mesh reach into each other"
+    if doubled_share == 0.0 and solid.volume < CONVEX * _hull_volume(hull):
+        doubled_share = share_enclosed_twice(scaled.points, material.triangles)
+        finding = "the mesh runs through itself"
+    remark: tuple[str, ...] = (
+        f"BODIES_OVERLAP: {finding}, and {100.0 * doubled_share:.2g} % of the volume "
+        "counts twice in the mass properties; unite what overlaps in CAD or give mass "
+        "properties.",
     )
-    remark = (
-        "BODIES_OVERLAP: bodies of the mesh reach into each other, and "
-        f"{100.0 * doubled_share:.2g} % of the volume counts twice in the mass "
-        "properties; unite them in CAD or give mass properties.",
-    )
+    notes: tuple[str, ...] = remark if 0.0 < doubled_share <= UNCERTAIN else ()
+    if material.body is not None and has_loose_bodies(
+        scaled.points, material.triangles, material.body
+    ):
+        notes += (
+            "BODIES_LOOSE: bodies of the mesh do not touch each other; they are one "
+            "rigid part here, though what is loose moves in a drop.",
+        )
     return Surface(
         points,
-        np.ascontiguousarray(outward_triangles),
-        solid_of(scaled, outward_triangles),
-        hull_of(scaled),
+        np.ascontiguousarray(material.triangles),
+        solid,
+        hull,
         False,
         remark if doubled_share > UNCERTAIN else (),
-        remark if 0.0 < doubled_share <= UNCERTAIN else (),
+        notes,
     )
 
 
@@ -157,11 +175,15 @@ def _describe_centroid(solid: Solid, hull: Hull) -> str:
     return f"({x:.4g}, {y:.4g}, {z:.4g}) mm"
 
 
+def _hull_volume(hull: Hull) -> float:
+    """Cubic metres; as products, as in `solid_of`."""
+    return hull.qhull.volume * (hull.scale * hull.scale * hull.scale)
+
+
 def _is_solid(solid: Solid, hull: Hull) -> bool:
     """Whether a solid in this hull can have such a volume, centroid and inertia."""
-    hull_volume = hull.qhull.volume * (hull.scale * hull.scale * hull.scale)
     return bool(
-        solid.volume > tolerances.HOLLOW * hull_volume
+        solid.volume > tolerances.HOLLOW * _hull_volume(hull)
         and distance_to_hull(solid.centroid, hull) < 0.0
         and principal_axes(solid.inertia)[0][0] > 0.0
     )
@@ -172,7 +194,9 @@ def _hull_triangles(vertices: Array, hull: Hull) -> Index:
     triangles = hull.qhull.simplices.astype(np.int64)
     shells = winding.find_shells(vertices, triangles)
     if shells is not None:
-        return arrays.sort_triangles(orient_outward(hull.qhull.points, shells)[0])
+        return arrays.sort_triangles(
+            orient_outward(hull.qhull.points, shells).triangles
+        )
     # Qhull may split a merged facet into slivers that fold, but its normals are right.
     normals = area_vectors(vertices, triangles)
     is_inward = (normals * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0

@@ -97,6 +97,9 @@ class Part:
         Metres a unit of the file or the arrays, as they came.
     unit_guessed : bool
         Whether that is a guess from the size, since the file names none.
+    bodies : int
+        Bodies that stood apart in the mesh as it came, of which the part is one; 1
+        where it is the whole mesh.
     digest : str
         See `part_digest`.
     """
@@ -115,6 +118,7 @@ class Part:
     notes: tuple[str, ...] = ()
     unit: float = 1.0
     unit_guessed: bool = False
+    bodies: int = 1
     _prepared: dict[Hashable, Any] = field(
         default_factory=dict, init=False, compare=False
     )

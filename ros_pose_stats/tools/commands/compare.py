@@ -58,6 +58,7 @@ def register(commands: arguments.Commands) -> None:
         "STEP, STL, OBJ, PLY, OFF or 3MF",
     )
     arguments.add_options(command, "--unit", help=arguments.SHARED_UNIT_HELP)
+    arguments.add_options(command, "--body")
     arguments.add_options(
         command,
         "--com",
@@ -167,6 +168,7 @@ def load_variants(options: argparse.Namespace) -> "list[Part]":
             # Parts of equal names go by their whole paths.
             part_id=path.stem if stems[path.stem] == 1 else str(path),
             unless_declared=True,
+            body=options.body,
         )
         for file, path, center in zip(options.parts, paths, centers, strict=True)
     ]
@@ -175,6 +177,7 @@ def load_variants(options: argparse.Namespace) -> "list[Part]":
 def command_to_reproduce(options: argparse.Namespace, comparison: "Comparison") -> str:
     """The command that gives the same answer again."""
     words = ["ros_pose_stats", "compare", *options.parts, "--unit", options.unit]
+    words += arguments.option_words(vars(options), "body")
     for center in options.com:
         words += arguments.option_words({"com": center}, "com")
     words += arguments.option_words(

@@ -127,6 +127,7 @@ def commands_to_reproduce(
         *arguments.option_words(
             values,
             "unit",
+            "body",
             "com",
             "mass",
             "density",

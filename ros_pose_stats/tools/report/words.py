@@ -45,6 +45,14 @@ WORDS = {
         "Bodies reach into each other",
         "Material counts twice, which moves the centre of mass. Unite the bodies.",
     ),
+    "BODIES_APART": (
+        "The file has several equal bodies",
+        "One of them is the part.",
+    ),
+    "BODIES_LOOSE": (
+        "Some bodies do not touch each other",
+        "All are taken as one rigid part; what is loose in it moves in a drop.",
+    ),
     "INERTIA_SUSPECT": (
         "The given inertia is too large for this part",
         "Check its unit: kg m² is meant.",

@@ -235,6 +235,23 @@ class TestOptions:
             9e-3, rel=1e-6
         )
 
+    def test_a_body_is_chosen_where_several_stand_apart(self, tmp_path):
+        file = tmp_path / "plate.stl"
+        words = "estimate", file, "--unit", "mm", "--method", "split"
+        vertices, triangles = shapes.box(1.0, 2.0, 3.0)
+        beside = np.array([20.0, 0.0, 0.0])
+        pair = np.vstack((triangles, triangles + len(vertices)))
+        write_stl(file, (np.vstack((vertices, 2.0 * vertices + beside)), pair))
+        message = refusal(*words)
+        assert "2 that stand apart and differ: 0: 2 x 4 x 6, 1: 1 x 2 x 3 mm" in message
+        assert "--body N" in message
+        for body, count in (("0", 12), ("1", 12), ("all", 24)):
+            assert f", {count} triangles, " in answer(*words, "--body", body)
+        assert "a body from 0 to 1, got 2" in refusal(*words, "--body", "2")
+        write_stl(file, (np.vstack((vertices, vertices + beside)), pair))
+        note = answer_json(*words)["notes"][0]
+        assert note.startswith("BODIES_APART: the mesh has 2 equal bodies")
+
     def test_the_unit_is_a_guess_where_nobody_names_it(self, box):
         guessed = answer_json("estimate", box[0], "--drop-height", "200mm")
         with_height = answer_json("estimate", *box, "--drop-height", 0.2)

@@ -63,7 +63,7 @@ def test_the_objects_of_a_scene_are_put_in_place(tmp_path, block, suffix):
     move = trimesh.transformations.translation_matrix((100, 0, 0))
     scene.add_geometry(block, node_name="two", geom_name="block", transform=move)
     (scene if suffix in ("obj", "3mf") else scene.to_mesh()).export(path)
-    part = load_part(path, "mm")
+    part = load_part(path, "mm", body="all")
     assert len(part.triangles) == 24
     assert np.ptp(part.surface_vertices, axis=0) == pytest.approx([0.11, 0.02, 0.03])
     assert part.center_of_mass == pytest.approx([0.05, 0, 0], abs=1e-9)
@@ -129,7 +129,7 @@ def placed(number, x=0):
 def test_components_in_components_are_all_in_their_places(tmp_path):
     """Each object is twice the one before, so far apart that all lie in a row."""
     doubles = {k + 2: placed(k + 1) + placed(k + 1, 2 ** (k + 1)) for k in range(10)}
-    part = load_part(model_of(tmp_path, doubles, 11))
+    part = load_part(model_of(tmp_path, doubles, 11), body="all")
     assert len(part.triangles) == 4 * 2**10
     corners = part.vertices[part.triangles].reshape(-1, 12, 3)[:, :, 0].min(axis=1)
     assert sorted(corners) == [2.0 * k for k in range(2**10)]
@@ -200,7 +200,7 @@ def test_an_ascii_stl_of_several_solids_is_one_part_and_none_of_them_may_be_cut(
         mesh.export(file_type="stl_ascii") for mesh in (block, moved_block)
     )
     path.write_text(first + "\n" + second)
-    assert len(load_part(path, "mm").triangles) == 24
+    assert len(load_part(path, "mm", body="all").triangles) == 24
     path.write_text(first + "\n" + second[: len(second) // 2])
     with pytest.raises(
         PoseStatsError, match=r"as it announces, got .*two.stl \(18 .* cut off"
@@ -235,7 +235,7 @@ def test_obj_faces_that_count_back_do_so_from_their_own_line(tmp_path, block):
             "f " + " ".join(f"{corner - 8}/1" for corner in face) for face in mesh.faces
         ]
     path.write_text("vt 0 0\n" + "\n".join(back))
-    part = load_part(path, "mm")
+    part = load_part(path, "mm", body="all")
     assert np.ptp(part.surface_vertices, axis=0) == pytest.approx([0.11, 0.02, 0.03])
     assert part.warnings == ()
 

@@ -124,6 +124,7 @@ def test_any_mesh_is_drawn_by_few_triangles_between_its_own_vertices(
         np.vstack(
             (random.integers(vertices, size=(triangles, 3)), [(0, 1, 2), (1, 2, 3)])
         ),
+        body="all",
     )
     visible = visible_triangles(part, most)
     assert len(visible) <= most

@@ -125,6 +125,11 @@ def read_count(text: str) -> int:
     return int(number)
 
 
+def read_body(text: str) -> int | str:
+    """The number of a body, or `all`."""
+    return text if text == "all" else read_count(text)
+
+
 def read_length(text: str) -> float:
     """A length in metres, from a number of metres, or one with a unit behind it."""
     length = LENGTH.match(text)
@@ -215,6 +220,13 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "default": UNITS[0],
         "help": "unit of the file, in any spelling (default: auto, what the file "
         "names, else m for up to 0.6 units and mm for more, with a warning)",
+    },
+    "--body": {
+        "type": read_body,
+        "metavar": "N",
+        "help": "body of the file that is the part, of those that stand apart, from 0 "
+        "for the largest; `all`: all as one rigid part (default: the first of equal "
+        "ones; different ones are refused, with their numbers and sizes)",
     },
     "--com": {
         "nargs": 3,
@@ -351,7 +363,7 @@ def add_part(command: CommandParser, *names: str, **unit: Any) -> None:
     """
     add_options(command, "part")
     add_options(command, "--unit", **unit)
-    add_options(command, "--com")
+    add_options(command, "--body", "--com")
     masses = command.advanced.add_mutually_exclusive_group()
     for name in ("--mass", "--density"):
         masses.add_argument(name, **OPTIONS[name])
@@ -421,5 +433,10 @@ def load_named_part(options: argparse.Namespace) -> "Part":
     from ....core.mesh.parts import load_part
 
     return load_part(
-        options.part, options.unit, options.com, options.mass, density=options.density
+        options.part,
+        options.unit,
+        options.com,
+        options.mass,
+        density=options.density,
+        body=options.body,
     )
