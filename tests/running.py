@@ -31,6 +31,7 @@ STATISTICS_KEYS = {
     "part_id",
     "part_digest",
     "radius",
+    "bodies",
     "unit",
     "unit_guessed",
     "method",

@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 import rclpy
@@ -13,7 +14,7 @@ from ros_pose_stats_msgs import msg
 from ros_pose_stats_msgs.srv import GetStatistics
 
 from ..base.errors import RequestError
-from ..core.mesh import files, mass_properties, parts, units
+from ..core.mesh import bodies, files, mass_properties, parts, units
 from ..core.records import DropScene, Part, PoseStatistics
 from ..core.records.scene import DEFAULT_RESTITUTION
 from .messages import part_messages, part_requests, times
@@ -73,6 +74,7 @@ def read_part(
     part_id: str,
     mass: float | None,
     density: float | None,
+    body: bodies.Choice = None,
 ) -> tuple[Part, msg.PartMesh]:
     """The part of a file, with all checks of the node, and its message.
 
@@ -88,23 +90,17 @@ def read_part(
             "give --unit mm, --unit inch or --unit m",
         )
     properties = mass_properties.check_properties(center_of_mass, mass, None, density)
-    part = parts.part_of_file(mesh, properties, part_id)
-    mass_fields = (
-        (part.mass, part.center_of_mass)
-        if any(value is not None for value in properties)
-        else ()
-    )
-    return part, part_messages.part_message(
-        part_requests.PartRequest(
-            part_id,
-            np.asarray(mesh.vertices, dtype=np.float64),
-            np.asarray(mesh.triangles, dtype=np.uint32),
-            mesh.unit,
-            *mass_fields,
-        ),
+    part = parts.part_of_file(mesh, properties, part_id, body)
+    request = part_requests.PartRequest(
         part_id,
-        times.current_stamp(),
+        np.asarray(mesh.vertices, dtype=np.float64),
+        np.asarray(mesh.triangles, dtype=np.uint32),
+        mesh.unit,
+        body=bodies.number_of_choice(body),
     )
+    if any(value is not None for value in properties):
+        request = replace(request, mass=part.mass, center_of_mass=part.center_of_mass)
+    return part, part_messages.part_message(request, part_id, times.current_stamp())
 
 
 class _PartResults:

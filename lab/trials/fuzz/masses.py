@@ -107,6 +107,11 @@ def impossible(random: Random, surface: Surface) -> Options:
     return choices[int(random.integers(len(choices)))]
 
 
+def one_rigid_part(_: Random, __: Surface) -> Options:
+    """Bodies apart, in each other and side by side, as one rigid part."""
+    return {"body": "all"}
+
+
 def any_numbers(random: Random, _: Surface) -> Options:
     """A mass, a tensor and a centre of any numbers."""
     tensor = random.choice(NUMBERS, (3, 3))

@@ -68,6 +68,7 @@ def changes(part: Part, random: Random) -> Iterator[Change]:
             turn @ part.center_of_mass,
             part.mass,
             turn @ part.inertia @ turn.T,
+            body="all",
         ),
         turn,
         1.0,
@@ -80,6 +81,7 @@ def changes(part: Part, random: Random) -> Iterator[Change]:
             scale * part.center_of_mass,
             part.mass,
             scale * scale * part.inertia,
+            body="all",
         ),
         identity,
         scale,
@@ -91,7 +93,8 @@ def changes(part: Part, random: Random) -> Iterator[Change]:
         "with points inside": with_pocket(surface, part.center_of_mass, 0.3),
     }
     for name, mesh in meshes.items():
-        yield Change(name, part_from_mesh(*mesh, **mass_properties), identity, 1.0)
+        same_part = part_from_mesh(*mesh, **mass_properties, body="all")
+        yield Change(name, same_part, identity, 1.0)
 
 
 def bend(body: Any) -> float:

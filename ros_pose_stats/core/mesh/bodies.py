@@ -20,6 +20,10 @@ from . import arrays, copies, hull, overlap, vectors
 Choice: TypeAlias = int | Literal["all"] | None
 """Number of a body, `all` for one rigid part, or None for what the mesh suggests."""
 
+BY_SHAPE = -1
+ALL = -2
+"""How messages and records write the choices that are no number."""
+
 NEAR = 0.02
 """Gap between hulls, in radii of the whole, up to which bodies are one part: pins are
 drawn a hair off their housing, and slicers leave some millimetres between parts."""
@@ -60,12 +64,26 @@ def check_choice(body: object) -> Choice:
     return int(number)
 
 
+def choice_of_number(number: int) -> Choice:
+    """The choice that a message means; raises RequestError."""
+    if number == BY_SHAPE:
+        return None
+    return "all" if number == ALL else check_choice(number)
+
+
+def number_of_choice(choice: Choice) -> int:
+    """The choice as a message has it."""
+    if choice is None:
+        return BY_SHAPE
+    return ALL if choice == "all" else choice
+
+
 def choose_body(vertices: Array, triangles: Index, choice: Choice) -> ChosenBody | None:
     """The body of a welded mesh that is the part; None where the whole mesh is.
 
     Raises MeshError where nothing says which of different bodies is meant.
     """
-    if choice == "all":
+    if choice == "all" or len(triangles) == 0:
         return None
     body = _bodies_apart(vertices, triangles)
     count = int(body.max()) + 1
@@ -101,6 +119,8 @@ def _bodies_apart(vertices: Array, triangles: Index) -> Index:
     body = component_labels(len(vertices), sides)
     if body.max() == 0:
         return body
+    if vectors.surface_area(vertices, triangles) == 0.0:
+        return np.zeros_like(body)  # to be refused as what it is
     scaled = _in_radii(vertices, triangles)
     body = _join_neighbours(scaled, body)
     is_new: Mask = np.ones(int(body.max()) + 1, dtype=bool)

@@ -70,6 +70,7 @@ def pose_statistics(
         version=version.VERSION,
         unit=part.unit,
         unit_guessed=part.unit_guessed,
+        bodies=part.bodies,
     )
 
 

@@ -24,6 +24,7 @@ STATISTICS_FIELDS = (
     "part_id",
     "part_digest",
     "radius",
+    "bodies",
     "unit",
     "unit_guessed",
     "method",
@@ -91,6 +92,9 @@ class PoseStatistics:
         poses are theirs then.
     choice : str
         Why this method was chosen, in one sentence; empty where the caller chose it.
+    bodies : int
+        Bodies that stood apart in the part's file, arrays or message, of which the part
+        is one; 1 where it is the whole mesh; 0: not known.
     unit : float
         Metres a unit of the part's file, arrays or message, as they came; 0: not known.
     unit_guessed : bool
@@ -120,6 +124,7 @@ class PoseStatistics:
     observed: int = 0
     unit: float = 0.0
     unit_guessed: bool = False
+    bodies: int = 0
 
     @property
     def scene(self) -> str:

@@ -176,6 +176,7 @@ def part_message(
         vertices=pack_array(request.vertices),
         triangles=pack_array(request.triangles, "I"),
         unit=request.unit,
+        body=request.body,
     )
     message.restitution, message.drop_height = request.scene_override
     message.header.stamp = times.time_message(stamp)
@@ -207,6 +208,7 @@ def _read_part_request(data: bytes) -> part_requests.PartRequest:
     ).tolist()
     resource = cursor.text()
     resource_unit = cursor.text()
+    body = int(cursor.array(1, "<i4")[0])
     cursor.end()
     name = part_requests.name_suffix(part_id)
     sizes = {
@@ -243,6 +245,7 @@ def _read_part_request(data: bytes) -> part_requests.PartRequest:
         stamp,
         resource,
         resource_unit,
+        body,
     )
 
 

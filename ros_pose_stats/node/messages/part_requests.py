@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...base.errors import MeshError, RequestError
 from ...base.methods import AT_ONCE, AUTO
 from ...core.estimators import best_method
+from ...core.mesh import bodies
 from ...core.mesh.parts import part_from_mesh
 from ...core.records import Array, Part
 
@@ -36,6 +37,7 @@ class PartRequest:
     stamp: int = 0  # nanoseconds; 0 where the sender gave none
     resource: str = ""  # a file that has the mesh, which is still to be read
     resource_unit: str = ""  # of that file; empty: what it names
+    body: int = bodies.BY_SHAPE  # as in the message
 
     @cached_property
     def content(self) -> bytes:
@@ -44,6 +46,7 @@ class PartRequest:
         digest.update(np.ascontiguousarray(self.vertices).data)
         digest.update(np.ascontiguousarray(self.triangles).data)
         numbers = [self.unit, self.mass, *self.center_of_mass, *self.inertia.ravel()]
+        numbers.append(self.body)
         digest.update(np.array(numbers, dtype="<f8").tobytes())
         return digest.digest()
 
@@ -121,6 +124,7 @@ def build_part(request: PartRequest) -> Part:
             request.inertia if has_mass and _has_nonzero(request.inertia) else None,
             part_id=request.part_id,
             unit=request.unit,
+            body=bodies.choice_of_number(request.body),
         )
 
 

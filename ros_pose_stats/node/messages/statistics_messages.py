@@ -69,6 +69,7 @@ def farewell_message(
         "part_id",
         "part_digest",
         "radius",
+        "bodies",
         "unit",
         "unit_guessed",
         "plate",

@@ -88,6 +88,7 @@ def fingerprint(*values: Any) -> bytes:
 
 def part_of(message: Any) -> Part | None:
     """The part of a PartMesh; None if a node refused it too, or it has other fields."""
+    from ...core.mesh import bodies
     from ...core.mesh.parts import part_from_mesh
 
     try:
@@ -117,6 +118,8 @@ def part_of(message: Any) -> Part | None:
             tensor if has_mass and tensor.any() else None,
             part_id=str(message.part_id),
             unit=float(message.unit),
+            # A bag of before there were bodies: they were one rigid part.
+            body=bodies.choice_of_number(getattr(message, "body", bodies.ALL)),
         )
     except (AttributeError, TypeError, ValueError, PoseStatsError):
         return None

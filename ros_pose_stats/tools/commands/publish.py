@@ -72,7 +72,13 @@ def run(options: argparse.Namespace) -> int:
 
     part_id = options.part_id or Path(options.part).stem
     part, message = read_part(
-        options.part, options.unit, options.com, part_id, options.mass, options.density
+        options.part,
+        options.unit,
+        options.com,
+        part_id,
+        options.mass,
+        options.density,
+        options.body,
     )
     # With --json the output is the node's answer alone.
     progress_stream = sys.stderr if options.json else sys.stdout

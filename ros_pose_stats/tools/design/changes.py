@@ -217,6 +217,7 @@ class DesignSpace:
             notes=part.notes,
             unit=part.unit,
             unit_guessed=part.unit_guessed,
+            bodies=part.bodies,
         )
         convex_body.keep_body(changed_part, body, self.scene.round_sides)
         return ChangedPart(changed_part, origin)

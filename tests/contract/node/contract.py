@@ -73,11 +73,11 @@ FIXED = {
 
 FIELDS = {
     "PartMesh": "header part_id mesh vertices triangles unit inertia restitution "
-    "drop_height mesh_resource mesh_resource_unit",
+    "drop_height mesh_resource mesh_resource_unit body",
     "StablePose": "index pose_id group pose down height top margin barrier spread "
     "probability probability_low probability_high standard_error count support_polygon "
     "outline",
-    "PoseStatistics": "header part_id part_digest radius unit unit_guessed method restitution "
+    "PoseStatistics": "header part_id part_digest radius bodies unit unit_guessed method restitution "
     "drop_height cluster_tolerance drops unsettled seed expected_error largest_error "
     "plate_error plate compute_time job_id revision final version poses warnings scene",
     "PoseCounts": "header part_id part_digest cluster_tolerance plate drop_height "

@@ -89,6 +89,7 @@ GOOD = {
     "round_sides": 192,
     "index": 0,
     "from_pose": -1,
+    "body": -1,
 }
 """Values that the node takes, by the name of the field."""
 

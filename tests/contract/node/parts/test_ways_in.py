@@ -152,6 +152,21 @@ def test_a_mesh_by_the_file_that_holds_it(workshop, clamp):
     client.good("get_drop_simulation", job_id=job_id)
 
 
+def test_a_body_of_a_mesh_of_several(workshop):
+    client, _ = workshop
+    box_in_metres = shapes.box(0.02, 0.03, 0.04)
+    beside = WEDGE[0] + (1.0, 0.0, 0.0), WEDGE[1] + len(box_in_metres[0])
+    pair = tuple(map(np.vstack, zip(box_in_metres, beside, strict=True)))
+    refusal = client.refused("estimate", part=flat(pair))
+    assert "2 that stand apart and differ: 0: " in refusal
+    for body, choice, count in ((0, 0, 2), (1, 1, 2), (-2, "all", 1)):
+        result = client.good("estimate", part=flat(pair, body=body)).statistics
+        assert result.part_digest == library_part(pair, body=choice).digest
+        assert result.bodies == count
+    refusal = client.refused("estimate", part=flat(pair, body=-3))
+    assert "the number of a body" in refusal
+
+
 def test_files_elsewhere_are_not_read(workshop, cell, clamp, package, tmp_path):
     """Nor by links, by dots, or in a node that was given no folder."""
     client, _ = workshop
