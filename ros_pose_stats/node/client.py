@@ -14,7 +14,8 @@ from ros_pose_stats_msgs import msg
 from ros_pose_stats_msgs.srv import GetStatistics
 
 from ..base.errors import RequestError
-from ..core.mesh import bodies, files, mass_properties, parts, units
+from ..core.mesh import files, mass_properties, parts, units
+from ..core.mesh.bodies import separation
 from ..core.records import DropScene, Part, PoseStatistics
 from ..core.records.scene import DEFAULT_RESTITUTION
 from .messages import part_messages, part_requests, times
@@ -74,7 +75,7 @@ def read_part(
     part_id: str,
     mass: float | None,
     density: float | None,
-    body: bodies.Choice = None,
+    body: separation.Choice = None,
 ) -> tuple[Part, msg.PartMesh]:
     """The part of a file, with all checks of the node, and its message.
 
@@ -96,7 +97,7 @@ def read_part(
         np.asarray(mesh.vertices, dtype=np.float64),
         np.asarray(mesh.triangles, dtype=np.uint32),
         mesh.unit,
-        body=bodies.number_of_choice(body),
+        body=separation.number_of_choice(body),
     )
     if any(value is not None for value in properties):
         request = replace(request, mass=part.mass, center_of_mass=part.center_of_mass)

@@ -12,7 +12,7 @@ from enum import IntEnum
 from typing import Any, TypeVar
 
 from ..base.errors import PoseStatsError, RequestError
-from ..core.mesh.overlap import TakesLongError
+from ..core.mesh.bodies.overlap import TakesLongError
 
 T = TypeVar("T")
 

@@ -22,7 +22,7 @@ from ament_index_python.packages import (
 from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs import msg
 
-from ..core.mesh import bodies
+from ..core.mesh.bodies import separation
 from .recording import reader, repair, run_log
 from .recording.decoding import Decoders
 from .recording.writer import message_types
@@ -84,7 +84,7 @@ def convert_to_installed(kind: str, definition: str, data: bytes) -> bytes | Non
         return None
     message = _fill_message(getattr(msg, kind)(), decoded)
     if kind == TYPES[PART_MESH] and not hasattr(decoded, "body"):
-        message.body = bodies.ALL  # all were one rigid part then
+        message.body = separation.ALL  # all were one rigid part then
     return bytes(serialize_message(message))
 
 

@@ -30,6 +30,7 @@ FLOORS = {
         {"estimators", "simulation", "shapes"},
         {"planning", "plates"},
     ),
+    "core.mesh": ({"bodies"},),
     "core.kernels": ({"mesh", "drops"}, {"body"}, {"levels"}, {"features"}),
     "node": (
         {"messages", "recording"},

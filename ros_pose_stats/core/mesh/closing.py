@@ -18,7 +18,8 @@ from ...base import text
 from .. import tolerances
 from ..kernels.mesh import connections
 from ..records import Array, Index
-from . import overlap, vectors, winding
+from . import vectors, winding
+from .bodies import overlap
 
 LARGEST_SHARE = 0.5
 """Largest area of all caps, as a fraction of the other triangles'. A hemisphere lacks

@@ -12,7 +12,8 @@ from scipy.spatial import cKDTree
 from ...base import errors, text
 from ..records import Part
 from ..records.part import Corners, Mask, digest_name
-from . import arrays, bodies, files, mass_properties, units
+from . import arrays, files, mass_properties, units
+from .bodies import separation
 from .hull import hull_of_part, keep_hull
 from .surface import surface_of
 
@@ -27,7 +28,7 @@ def load_part(
     density: float | None = None,
     part_id: str = "",
     unless_declared: bool = False,
-    body: bodies.Choice = None,
+    body: separation.Choice = None,
 ) -> Part:
     """Load a part from a mesh file.
 
@@ -65,7 +66,7 @@ def load_part(
         mesh,
         mass_properties.check_properties(center_of_mass, mass, inertia, density),
         part_id or text.printable(Path(file).stem),
-        bodies.check_choice(body),
+        separation.check_choice(body),
     )
 
 
@@ -79,7 +80,7 @@ def part_from_mesh(
     density: float | None = None,
     part_id: str = "",
     unit: str | float = 1.0,
-    body: bodies.Choice = None,
+    body: separation.Choice = None,
 ) -> Part:
     """Make a part from a triangle mesh.
 
@@ -149,7 +150,7 @@ def part_from_mesh(
         files.FileMesh(vertices, triangles, units.metres_per_unit(unit)),
         properties,
         part_id,
-        bodies.check_choice(body),
+        separation.check_choice(body),
     )
 
 
@@ -157,12 +158,12 @@ def part_of_file(
     mesh: files.FileMesh,
     properties: mass_properties.GivenProperties,
     part_id: str,
-    body: bodies.Choice = None,
+    body: separation.Choice = None,
 ) -> Part:
     """Check, weld, close, orient and integrate the mesh of a file or of arrays."""
     metres, corners = arrays.check_mesh(mesh.vertices, mesh.triangles, mesh.unit)
     vertices, triangles = arrays.weld(metres, corners.astype(np.int64))
-    chosen = bodies.choose_body(vertices, triangles, body)
+    chosen = separation.choose_body(vertices, triangles, body)
     if chosen is not None:
         mesh = _mesh_of_body(
             mesh, corners, chosen.in_body[cKDTree(vertices).query(metres)[1]]

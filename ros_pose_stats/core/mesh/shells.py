@@ -14,7 +14,7 @@ import numpy as np
 from ..kernels.mesh.measures import tetrahedra
 from ..records import Array, Index, Mask
 from ..tolerances import OVERLAP
-from .overlap import check_patience, reach_into_each_other
+from .bodies.overlap import check_patience, reach_into_each_other
 from .winding import (
     Shells,
     find_crossings,

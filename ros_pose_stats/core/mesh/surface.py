@@ -11,10 +11,10 @@ from ..kernels.mesh.measures import solid_moments, thinness
 from ..kernels.principal_axes import principal_axes
 from ..records import Array, Index
 from . import arrays, winding
+from .bodies.crossing import share_enclosed_twice
+from .bodies.looseness import has_loose_bodies
 from .closing import Closing, close_holes
-from .crossing import share_enclosed_twice
 from .hull import Hull, distance_to_hull, hull_of
-from .looseness import has_loose_bodies
 from .shells import orient_outward
 from .vectors import UnitPoints, area_vectors, to_unit_size
 

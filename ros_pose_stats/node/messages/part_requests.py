@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...base.errors import MeshError, RequestError
 from ...base.methods import AT_ONCE, AUTO
 from ...core.estimators import best_method
-from ...core.mesh import bodies
+from ...core.mesh.bodies import separation
 from ...core.mesh.parts import part_from_mesh
 from ...core.records import Array, Part
 
@@ -37,7 +37,7 @@ class PartRequest:
     stamp: int = 0  # nanoseconds; 0 where the sender gave none
     resource: str = ""  # a file that has the mesh, which is still to be read
     resource_unit: str = ""  # of that file; empty: what it names
-    body: int = bodies.BY_SHAPE  # as in the message
+    body: int = separation.BY_SHAPE  # as in the message
 
     @cached_property
     def content(self) -> bytes:
@@ -124,7 +124,7 @@ def build_part(request: PartRequest) -> Part:
             request.inertia if has_mass and _has_nonzero(request.inertia) else None,
             part_id=request.part_id,
             unit=request.unit,
-            body=bodies.choice_of_number(request.body),
+            body=separation.choice_of_number(request.body),
         )
 
 

@@ -9,7 +9,7 @@ from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
 from ...base.errors import PoseStatsError
-from ...core.mesh.overlap import TakesLongError
+from ...core.mesh.bodies.overlap import TakesLongError
 from ...core.records import DropScene
 from ...core.resting.poses import are_found
 from ..equipment import Equipment

@@ -19,7 +19,8 @@ from ...core.kernels.compilation import (
     filling_store,
     prepare_kernels,
 )
-from ...core.mesh import decimation, overlap
+from ...core.mesh import decimation
+from ...core.mesh.bodies import overlap
 from ...core.records import DropScene, Part
 from ...core.resting.outlines import outline_at
 from ...core.resting.poses import are_found, resting_poses

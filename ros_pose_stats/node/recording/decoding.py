@@ -88,7 +88,7 @@ def fingerprint(*values: Any) -> bytes:
 
 def part_of(message: Any) -> Part | None:
     """The part of a PartMesh; None if a node refused it too, or it has other fields."""
-    from ...core.mesh import bodies
+    from ...core.mesh.bodies import separation
     from ...core.mesh.parts import part_from_mesh
 
     try:
@@ -119,7 +119,7 @@ def part_of(message: Any) -> Part | None:
             part_id=str(message.part_id),
             unit=float(message.unit),
             # A bag of before there were bodies: they were one rigid part.
-            body=bodies.choice_of_number(getattr(message, "body", bodies.ALL)),
+            body=separation.choice_of_number(getattr(message, "body", separation.ALL)),
         )
     except (AttributeError, TypeError, ValueError, PoseStatsError):
         return None

@@ -7,7 +7,7 @@ from hypothesis import given, strategies as st
 from manifold3d import Manifold
 
 from ros_pose_stats import PoseStatsError, estimate, part_from_mesh
-from ros_pose_stats.core.mesh import bodies
+from ros_pose_stats.core.mesh.bodies import separation
 
 TURN = trimesh.transformations.rotation_matrix(0.7, (1, 2, 3))
 
@@ -55,8 +55,8 @@ def test_hulls_are_near_where_the_solid_modeller_says_so(seed):
     first = random.normal(size=(20, 3)) * random.uniform(0.05, 0.3, 3)
     second = random.normal(size=(15, 3)) * 0.1 + random.normal(size=3) * 0.4
     gap = Manifold.hull_points(first).min_gap(Manifold.hull_points(second), 9.0)
-    if abs(gap - bodies.NEAR) > 1e-9:
-        assert bodies.hulls_are_near(first, second) == (gap < bodies.NEAR)
+    if abs(gap - separation.NEAR) > 1e-9:
+        assert separation.hulls_are_near(first, second) == (gap < separation.NEAR)
 
 
 @pytest.mark.parametrize("place", [np.eye(4), TURN], ids=["straight", "turned"])

@@ -19,7 +19,7 @@ from lab.bodies import exports
 from ros_pose_stats import part_from_mesh, resting_poses
 from ros_pose_stats.base.errors import BatchError, MeshError, RequestError
 from ros_pose_stats.base.worker import WorkerProcess
-from ros_pose_stats.core.mesh.overlap import TakesLongError
+from ros_pose_stats.core.mesh.bodies.overlap import TakesLongError
 from ros_pose_stats.core.records.scene import DropScene, Numbering
 from ros_pose_stats.node import camera_counts, state as states
 from ros_pose_stats.node.answering_node import answer_request

@@ -12,10 +12,11 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.linalg import LinAlgError
 
-from ...base import errors
-from ..kernels.mesh.connections import component_labels
-from ..records import Array, Index, Mask
-from . import arrays, copies, hull, overlap, vectors
+from ....base import errors
+from ...kernels.mesh.connections import component_labels
+from ...records import Array, Index, Mask
+from .. import arrays, hull, vectors
+from . import copies, overlap
 
 Choice: TypeAlias = int | Literal["all"] | None
 """Number of a body, `all` for one rigid part, or None for what the mesh suggests."""

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from ..records import Array, Index
-from ..tolerances import OVERLAP
+from ...records import Array, Index
+from ...tolerances import OVERLAP
 
 _LINES = 64
 """Lines along each side of the part: several of 64 x 64 meet the thousandth of a volume

@@ -19,9 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..records import Array, Index, Mask
-from ..tolerances import OVERLAP
-from .winding import find_crossings
+from ...records import Array, Index, Mask
+from ...tolerances import OVERLAP
+from ..winding import find_crossings
 
 # Edge-triangle pairs tested at once: below this a division costs more than it saves.
 _AT_ONCE = 40_000

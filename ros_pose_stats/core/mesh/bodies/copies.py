@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..records import Array
-from . import vectors
+from ...records import Array
+from .. import vectors
 
 SAME = 2e-4
 """Distance of corners, in radii of the body, by which copies may be off: text files

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from .. import tolerances
-from ..records import Array, Index
-from . import vectors, winding
+from ... import tolerances
+from ...records import Array, Index
+from .. import vectors, winding
 from .overlap import check_patience
 
 
