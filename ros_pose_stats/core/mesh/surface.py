@@ -23,8 +23,9 @@ UNCERTAIN = 1e-3
 that bodies may share without a warning. The centre of mass is then right to a
 thousandth of the radius."""
 
-CONVEX = 1.0 - 1e-9
-"""Share of the hull's volume from which on a solid is convex and cannot cross itself."""
+ROUNDED_OFF = 1e-9
+"""A solid whose volume is this close to its hull's is convex, and does not run through
+itself; one that does may have more."""
 
 
 class Solid(NamedTuple):
@@ -128,7 +129,9 @@ def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
     hull = hull_of(scaled)
     doubled_share = material.doubled_share
     finding = "bodies of the mesh reach into each other"
-    if doubled_share == 0.0 and solid.volume < CONVEX * _hull_volume(hull):
+    hull_volume = _hull_volume(hull)
+    is_convex = abs(solid.volume - hull_volume) < ROUNDED_OFF * hull_volume
+    if doubled_share == 0.0 and not is_convex:
         doubled_share = share_enclosed_twice(scaled.points, material.triangles)
         finding = "the mesh runs through itself"
     remark: tuple[str, ...] = (

@@ -171,21 +171,40 @@ def test_a_long_chain_is_one_loose_part():
     assert (part.bodies, remarks(part)) == (1, ["BODIES_LOOSE"])
 
 
+def extruded(outline):
+    """A body over an outline (n, 2) that may cross itself."""
+    count = len(outline)
+    levels = [np.column_stack((outline, np.full(count, z))) for z in (0.0, 0.7)]
+    sides = [(k, (k + 1) % count) for k in range(count)]
+    walls = [(a, b, b + count) for a, b in sides]
+    walls += [(a, b + count, a + count) for a, b in sides]
+    fan = range(1, count - 1)
+    ends = [(0, k + 1, k) for k in fan] + [
+        (count, count + k, count + k + 1) for k in fan
+    ]
+    return trimesh.Trimesh(np.vstack(levels), walls + ends, process=False)
+
+
 @pytest.mark.parametrize("place", [np.eye(4), TURN], ids=["straight", "turned"])
-def test_a_surface_that_runs_through_itself_is_told(place):
-    """A star of five points, whose outline goes twice around the middle."""
-    angle = 0.8 * np.pi * np.arange(5)
-    outline = np.column_stack((np.cos(angle), np.sin(angle)))
-    star = [np.column_stack((outline, np.full(5, z))) for z in (0.0, 0.7)]
-    next_corner = [(k, (k + 1) % 5) for k in range(5)]
-    walls = [(a, b, b + 5) for a, b in next_corner]
-    walls += [(a, b + 5, a + 5) for a, b in next_corner]
-    ends = [(0, k + 1, k) for k in (1, 2, 3)] + [(5, k + 5, k + 6) for k in (1, 2, 3)]
-    mesh = trimesh.Trimesh(np.vstack(star), walls + ends, process=False)
+@pytest.mark.parametrize("corners", [5, 7])
+def test_a_surface_that_runs_through_itself_is_told(place, corners):
+    """A star whose outline goes twice around the middle."""
+    angle = 4.0 * np.pi / corners * np.arange(corners)
+    mesh = extruded(np.column_stack((np.cos(angle), np.sin(angle))))
     mesh.apply_transform(place)
     part = part_of(mesh)
     assert remarks(part) == ["BODIES_OVERLAP"]
     assert "the mesh runs through itself" in part.warnings[0]
-    middle = ((3 - np.sqrt(5)) / 2) ** 2 * np.sin(0.4 * np.pi) / np.sin(0.8 * np.pi)
+    # Sides pass the centre at cos(2 pi / n), and those of the middle end at 1 / cos.
+    inner = np.cos(2.0 * np.pi / corners) / np.cos(np.pi / corners)
+    middle = inner**2 * np.sin(2.0 * np.pi / corners) / np.sin(4.0 * np.pi / corners)
     told = float(part.warnings[0].split(" %")[0].split()[-1])
-    assert told == pytest.approx(100 * middle, abs=1.0)
+    assert told == pytest.approx(100.0 * middle, abs=1.0)
+
+
+def test_a_surface_may_enclose_more_than_its_hull():
+    """A coil of two turns, each as good as the whole."""
+    angle = np.pi / 4.0 * np.arange(17)
+    radius = 1.0 + 0.01 * angle
+    coil = radius[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
+    assert remarks(part_of(extruded(coil))) == ["BODIES_OVERLAP"]
