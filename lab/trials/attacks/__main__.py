@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..frame import program, trial
-from . import ending, fairness, files, memory
+from . import ending, fairness, files, memory, reading
 
 ATTACKS = (
     *map(
@@ -26,6 +26,7 @@ ATTACKS = (
             files.a_clock_before_its_time,
             files.pipes_and_bombs_as_plates,
             files.bombs_of_3mf,
+            reading.small_files_that_stand_for_much,
         ),
     ),
 )

@@ -299,7 +299,7 @@ def _run_reader(
         )
     except subprocess.TimeoutExpired as error:
         raise MeshFileError(
-            f"a {kind.upper()} file that is read within {_MOST_SECONDS:g} s",
+            f"a mesh file ({kind}) that is read within {_MOST_SECONDS:g} s",
             f"{path} of {len(data) / 1e6:.3g} MB, which takes longer",
             "export single parts, or export as STL",
         ) from error
@@ -313,7 +313,7 @@ def _run_reader(
         return process.stdout
     if any(word in process.stderr for word in _OUT_OF_MEMORY):
         raise MeshFileError(
-            f"a {kind.upper()} file that is read within 1.5 GiB of memory",
+            f"a mesh file ({kind}) that is read within 1.5 GiB of memory",
             f"{path} of {len(data) / 1e6:.3g} MB, which takes more",
             "export single parts, or export as binary STL",
         )

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from lab.bodies.step_text import Disc, step_assembly, step_part
 from ros_pose_stats import PoseStatsError, load_part
-from tests.contract.library.step_text import Disc, step_assembly, step_part
 from tests.running import ROOT, about, answer_json, children, is_gone, refusal_of
 
 pytestmark = pytest.mark.skipif(

@@ -28,13 +28,16 @@ class StepText:
         self.lines = []
 
     def add(self, entity):
+        """Add an entity, and number it."""
         self.lines.append(f"#{len(self.lines) + 1}={entity};")
         return f"#{len(self.lines)}"
 
     def triple(self, kind, xyz):
+        """A point or direction."""
         return self.add(f"{kind}('',({','.join(f'{x:.15E}' for x in xyz)}))")
 
     def axes(self, *xyz, x=(1.0, 0.0, 0.0), z=(0.0, 0.0, 1.0)):
+        """A frame."""
         point = self.triple("CARTESIAN_POINT", xyz)
         return self.add(
             f"AXIS2_PLACEMENT_3D('',{point},{self.triple('DIRECTION', z)},"
@@ -56,6 +59,7 @@ class StepText:
         return self.add(f"EDGE_CURVE('',{start},{end},{line},.T.)")
 
     def bound(self, edges, kind):
+        """A loop of edges, each with whether it runs forward."""
         oriented_edges = ",".join(
             self.add(f"ORIENTED_EDGE('',*,*,{edge},{logical(forward)})")
             for edge, forward in edges
@@ -64,11 +68,13 @@ class StepText:
         return self.add(f"{kind}('',{loop},.T.)")
 
     def face(self, bounds, surface, along=True):
+        """Part of a surface."""
         return self.add(
             f"ADVANCED_FACE('',({','.join(bounds)}),{surface},{logical(along)})"
         )
 
     def solid(self, disc):
+        """A round plate with its holes."""
         x0, y0, z0 = disc.center
         faces = []
         below = []
@@ -99,6 +105,7 @@ class StepText:
         return self.add(f"MANIFOLD_SOLID_BREP('',{shell})")
 
     def context(self, unit):
+        """Units and accuracy."""
         length = self.length_unit(unit)
         angle = self.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))")
         solid = self.add("(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())")
@@ -114,6 +121,7 @@ class StepText:
         )
 
     def length_unit(self, unit):
+        """A unit of length by its name."""
         prefix = {"m": "$", "mm": ".MILLI.", "cm": ".CENTI.", "inch": ".MILLI."}[unit]
         metric = self.add(f"(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT({prefix},.METRE.))")
         if unit != "inch":
@@ -126,6 +134,7 @@ class StepText:
         )
 
     def product(self, name, representation):
+        """A named part with its shape."""
         context = self.add("APPLICATION_CONTEXT('automotive design')")
         kind = self.add(f"PRODUCT_CONTEXT('',{context},'mechanical')")
         product = self.add(f"PRODUCT('{name}','{name}','',({kind}))")
@@ -139,6 +148,7 @@ class StepText:
         return definition
 
     def text(self):
+        """The whole file."""
         return "\n".join(
             [
                 "ISO-10303-21;",
@@ -157,6 +167,7 @@ class StepText:
 
 
 def logical(value):
+    """A truth value as STEP writes it."""
     return ".T." if value else ".F."
 
 

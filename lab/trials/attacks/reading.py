@@ -1,0 +1,177 @@
+"""Small files that stand for far too much, in every format that is read."""
+
+from __future__ import annotations
+
+import random
+import resource
+import time
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from lab.bodies.step_text import Disc, step_assembly, step_part
+from ros_pose_stats import PoseStatsError
+from ros_pose_stats.core.mesh.files import read_mesh
+
+from ..frame import Outcome, Setting, judged
+
+SECONDS = 125.0
+MEGABYTES = 1536.0
+UPRIGHT = (1, 0, 0), (0, 0, 1)
+TETRAHEDRON = (
+    b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+)
+PLY = b"ply\nformat %s 1.0\nelement vertex %d\n%selement face %d\n%send_header\n%s"
+XYZ = b"property float x\nproperty float y\nproperty float z\n"
+CORNERS = b"property list uint int vertex_indices\n"
+MESH = (
+    '<object id="1"><mesh><vertices>{}<vertex x="1" y="0" z="0"/>'
+    '<vertex x="0" y="1" z="0"/><vertex x="0" y="0" z="1"/></vertices>'
+    '<triangles><triangle v1="0" v2="1" v3="2"/>{}</triangles></mesh></object>'
+)
+VERTEX = '<vertex x="0" y="0" z="0"/>'
+FACET = b"facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+
+
+def texts(millions: float) -> Iterator[tuple[str, bytes]]:
+    """STL as text, OBJ, OFF and PLY files, by name."""
+    many = int(1e6 * millions)
+    yield "one_line.obj", b"v " + b"1 " * (8 * many)
+    yield "no_line.obj", b"x" * (16 * many)
+    yield "polygon.obj", TETRAHEDRON + b"f" + b" 1 2 3" * many
+    yield "vertices.obj", b"v 0 0 0\n" * (2 * many) + TETRAHEDRON
+    yield "faces.obj", TETRAHEDRON + b"f 1 2 3\n" * (2 * many)
+    yield "digits.obj", b"v 0 0 " + b"9" * many + b"\nf 1 1 1\n"
+    yield "numbers.obj", TETRAHEDRON + b"f 1 2 " + b"9" * many + b"\n"
+    yield "far.obj", TETRAHEDRON + b"f 1 2 99999999999999999999\n"
+    yield "back.obj", TETRAHEDRON + b"f -1 -2 -99999999999\n"
+    yield "goes_on.obj", TETRAHEDRON + b"f 1 2 \\\n" * many
+    yield "returns.obj", b"\r" * (8 * many) + TETRAHEDRON
+    yield "zeros.obj", bytes(8 * many)
+    yield "solids.stl", b"solid x\nendsolid x\n" * many
+    yield "unfinished.stl", b"solid x\n" * (2 * many)
+    yield "facets.stl", b"solid x\n" + FACET * (many // 2) + b"endsolid x\n"
+    yield "normals.stl", b"facet normal " * many
+    yield "vertex.stl", b"vertex " * (2 * many)
+    yield "spaces.stl", b"vertex" + b" " * (8 * many)
+    yield "counts.off", b"OFF\n999999999999 999999999999 0\n0 0 0\n"
+    yield "polygon.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n999999999999 0 1 2\n"
+    yield "comments.off", b"OFF\n" + b"#\n" * (4 * many) + b"1 0 0\n0 0 0\n"
+    yield "digits.off", b"OFF\n" + b"9" * many + b" 1 0\n"
+    for kind in (b"ascii", b"binary_little_endian", b"binary_big_endian"):
+        name = kind.decode()
+        yield f"counts_{name}.ply", PLY % (kind, 2**40, XYZ, 2**40, CORNERS, b"0 ")
+        yield f"list_{name}.ply", PLY % (kind, 0, XYZ, 1, CORNERS, b"\xff" * 64)
+        yield f"nothing_{name}.ply", PLY % (kind, 2**60, b"", 2**60, b"", b"")
+    yield "list.ply", PLY % (b"ascii", 0, XYZ, 1, CORNERS, b"999999999999 0 1 2")
+    yield "header.ply", b"ply\n" + b"comment x\n" * many + b"end_header\n"
+    yield "elements.ply", b"ply\nformat ascii 1.0\n" + b"element x 1\n" * many
+
+
+def archives(folder: Path, millions: float) -> Iterator[str]:
+    """Write 3MF files; their names."""
+    many = int(1e6 * millions)
+    tetrahedron = MESH.format(VERTEX, "")
+    components = "".join(
+        f'<object id="{k + 2}"><components>'
+        + f'<component objectid="{k + 1}"/>' * 1000
+        + "</components></object>"
+        for k in range(20)
+    )
+    circle = (
+        '<object id="2"><components><component objectid="2"/><component objectid="2"/>'
+        "</components></object>"
+    )
+    bombs = {
+        "text": (tetrahedron + " " * (400 * many), 1),
+        "vertices": (MESH.format(VERTEX * (4 * many), ""), 1),
+        "triangles": (
+            MESH.format(VERTEX, '<triangle v1="0" v2="1" v3="3"/>' * (4 * many)),
+            1,
+        ),
+        "components": (tetrahedron + components, 21),
+        "circle": (tetrahedron + circle, 2),
+        "attribute": (f'<object id="{"1" * (100 * many)}"/>', 1),
+        "nested": (tetrahedron + "<a>" * (4 * many), 1),
+        "items": (tetrahedron, '1"/><item objectid="1' * many),
+        "numbers": (MESH.format(f'<vertex x="{"9" * many}" y="0" z="0"/>', ""), 1),
+    }
+    for name, (objects, built) in bombs.items():
+        file = f"{name}.3mf"
+        with zipfile.ZipFile(folder / file, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr(
+                "3D/3dmodel.model",
+                f"<model><resources>{objects}</resources><build>"
+                + f'<item objectid="{built}"/></build></model>',
+            )
+        yield file
+    with zipfile.ZipFile(folder / "names.3mf", "w") as archive:
+        for number in range(many // 20):
+            archive.writestr(f"{number}", b"")
+    yield "names.3mf"
+    entities = '<!DOCTYPE m [<!ENTITY a "a"><!ENTITY b "&a;&a;">]><model>&b;</model>'
+    with zipfile.ZipFile(folder / "entities.3mf", "w") as archive:
+        archive.writestr("3D/3dmodel.model", entities)
+    yield "entities.3mf"
+
+
+def step_texts(millions: float, seed: int) -> Iterator[tuple[str, str]]:
+    """STEP files, by name; those that are damaged are so at random."""
+    many = int(1e6 * millions)
+    whole = step_part(Disc(5.0, 2.0))
+    holes = [
+        (0.9 * (k % 60 - 30), 0.9 * (k // 60 - 30), 0.2)
+        for k in range(max(100, many // 1000))
+    ]
+    yield "holes.step", step_part(Disc(60.0, 2.0, tuple(holes)))
+    for count in (300, max(600, many // 200)):
+        places = [((12.0 * k, 0.0, 0.0), *UPRIGHT) for k in range(count)]
+        yield f"assembly_{count}.step", step_assembly(Disc(5.0, 2.0), places)
+    numbers = ",".join(f"#{k}" for k in range(1, many // 5))
+    context = "UNIT_ASSIGNED_CONTEXT(("
+    yield "units.step", whole.replace(context, f"{context}{numbers},")
+    yield "statements.step", whole.replace("DATA;", "DATA;" + "#1=" * many)
+    yield "empty.step", "ISO-10303-21;\n" + ";" * (4 * many)
+    yield "parentheses.step", whole.replace("DATA;", "DATA;\n#999=A(" + "(" * many)
+    random_numbers = random.Random(seed)
+    for number in range(4):
+        damaged = list(whole)
+        for _ in range(20):
+            damaged[random_numbers.randrange(len(damaged))] = random_numbers.choice(
+                "0#=();,'*$."
+            )
+        yield f"damaged_{number}.step", "".join(damaged)
+
+
+def small_files_that_stand_for_much(setting: Setting) -> Outcome:
+    """Archives, STEP, text and binary files that would take hours or all memory."""
+    millions = 0.1 + 0.2 * setting.size
+    names = list(archives(setting.folder, millions))
+    for name, content in texts(millions):
+        (setting.folder / name).write_bytes(content)
+        names.append(name)
+    for name, text in step_texts(millions, setting.seed):
+        (setting.folder / name).write_text(text, encoding="ascii")
+        names.append(name)
+    outcomes = [_try(setting.folder / name) for name in names]
+    slowest = max(outcomes)
+    refused = sum(is_refused for _, _, is_refused in outcomes)
+    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0
+    return judged(
+        len(names),
+        f"{refused} refused, the slowest, {slowest[1]}, after {slowest[0]:.1f} s, at "
+        f"most {peak:.0f} MiB in a reading process",
+        in_time=slowest[0] <= SECONDS,
+        within_the_memory=peak <= MEGABYTES,
+    )
+
+
+def _try(file: Path) -> tuple[float, str, bool]:
+    """Seconds until a file was read or refused, its name, and whether it was refused."""
+    begin = time.monotonic()
+    is_refused = False
+    try:
+        read_mesh(file)
+    except PoseStatsError:
+        is_refused = True
+    return time.monotonic() - begin, file.name, is_refused
