@@ -102,7 +102,8 @@ def test_several_solids_and_every_instance_of_an_assembly_are_in_their_places(tm
             step_part(
                 Disc(0.5, 0.2), Disc(0.5, 0.4, center=(3.0, 0.0, 0.0)), unit="inch"
             ),
-        )
+        ),
+        body="all",
     )
     assert (two.part_id, two.warnings) == ("two", ())
     assert two.center_of_mass / 0.0254 == pytest.approx([2.0, 0.0, (0.1 + 2 * 0.2) / 3])
@@ -115,7 +116,8 @@ def test_several_solids_and_every_instance_of_an_assembly_are_in_their_places(tm
                 Disc(5.0, 2.0),
                 [((0, 0, 0), *upright), ((20, 0, 0), *lying), ((0, 40, 0), *upright)],
             ),
-        )
+        ),
+        body="all",
     )
     assert part.vertices.max(axis=0) * 1e3 == pytest.approx([22.0, 45.0, 5.0])
     assert part.vertices.min(axis=0) * 1e3 == pytest.approx([-5.0, -5.0, -5.0])
