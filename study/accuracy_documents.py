@@ -143,16 +143,17 @@ CHART = """## Speed against accuracy
 stair joins the methods that no other beats in both](../figures/speed_accuracy.png)
 
 Time is that of the processor from the mesh arrays to the statistics, on one core, the median over
-parts; compiled kernels are warm. The error is pooled over the restitutions. That of the drop
-simulation is the noise of so many drops; that of others is measured against it, that of the default
-answer and of `hybrid` with drops of their own for every body, or the first 200. The default answer,
-`auto` without a target, drops until its error is within two points with 90 % confidence, but at
-least 400 times, unless its budget of impacts and steps ends before; n is the median. The paper's
-estimators are pale. Larger parts are hulls of random points on ellipsoids of different proportions.
-The machined and turned parts (shafts, brackets, rings, screws, plates, gears) are taken as users'
-files are: poses by persistence, round surfaces at 192 sides a turn. `trimesh.poses` is timed without
-the making of its mesh object, MuJoCo, on some of the smallest bodies, inside its steps alone;
-MuJoCo's error holds its own noise.
+parts; compiled kernels are warm. Other work on the machine slows all methods down, so ratios
+count. The error is pooled over the restitutions. That of the drop simulation is the noise of so
+many drops; that of others is measured against it, that of the default answer and of `hybrid` with
+drops of their own for every body, or the first 200. The default answer, `auto` without a target,
+drops until its error is within two points with 90 % confidence, but at least 400 times, unless its
+budget of impacts and steps ends before; n is the median. The paper's estimators are pale. Larger
+parts are hulls of random points on ellipsoids of different proportions. The machined and turned
+parts (shafts, brackets, rings, screws, plates, gears) are taken as users' files are: poses by
+persistence, round surfaces at 192 sides a turn. `trimesh.poses` is timed without the making of its
+mesh object, MuJoCo, on some of the smallest bodies, inside its steps alone; MuJoCo's error holds
+its own noise.
 """
 
 TABLES = """## Estimators on random polyhedra

@@ -81,10 +81,11 @@ def write_names(
     for point in points:
         if point.kind not in ESTIMATORS:
             weight = "bold" if point.kind == "default" else "normal"
+            ink = KINDS[point.kind].ink
             labels.place_text(
-                point.name, _positions([point]), color=INK, fontweight=weight
+                point.name, _positions([point]), color=ink, fontweight=weight
             )
-            inks[point.series] = KINDS[point.kind].ink
+            inks[point.series] = ink
     for name, line in series.items():
         middles = np.sqrt(line[1:] * line[:-1]) if len(line) > 1 else line
         labels.place_text(name, middles, color=inks[name], fontweight="bold")
