@@ -73,8 +73,10 @@ class StepText:
             f"ADVANCED_FACE('',({','.join(bounds)}),{surface},{logical(along)})"
         )
 
-    def solid(self, disc):
-        """A round plate with its holes."""
+    def solid(self, disc, lost=()):
+        """A round plate with its holes; `lost`: faces that it lacks, by number: walls of
+        rim and holes, top, bottom.
+        """
         x0, y0, z0 = disc.center
         faces = []
         below = []
@@ -101,7 +103,8 @@ class StepText:
         for bounds, z, sense in ((above, z0 + disc.height, 1.0), (below, z0, -1.0)):
             plane = self.add(f"PLANE('',{self.axes(x0, y0, z, z=(0.0, 0.0, sense))})")
             faces.append(self.face(bounds, plane))
-        shell = self.add(f"CLOSED_SHELL('',({','.join(faces)}))")
+        whole = [face for number, face in enumerate(faces) if number not in lost]
+        shell = self.add(f"CLOSED_SHELL('',({','.join(whole)}))")
         return self.add(f"MANIFOLD_SOLID_BREP('',{shell})")
 
     def context(self, unit):
@@ -171,10 +174,11 @@ def logical(value):
     return ".T." if value else ".F."
 
 
-def step_part(*discs, unit="mm"):
-    """A part of one or several solids."""
+def step_part(*discs, unit="mm", lost=()):
+    """A part of one or several solids; `lost`: see `StepText.solid`."""
     step = StepText()
-    items = ",".join([step.axes(0.0, 0.0, 0.0), *(step.solid(disc) for disc in discs)])
+    solids = [step.solid(disc, lost) for disc in discs]
+    items = ",".join([step.axes(0.0, 0.0, 0.0), *solids])
     shape = step.add(
         f"ADVANCED_BREP_SHAPE_REPRESENTATION('',({items}),{step.context(unit)})"
     )

@@ -17,7 +17,7 @@ from ..records.scene import (
 from ..records.shares import pose_statistics
 from ..resting import poses, trust
 from . import published
-from .expected import ExpectedError, best_method, expected_error
+from .expected import ExpectedError, best_method, expected_error, unknown_error
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,9 @@ def estimate_in(
     resting = poses.poses_in(part, scene)
     remarks = trust.pose_remarks(resting)
     probability = chosen.function(resting, scene)
-    expected = expected_error(chosen.name, resting, probability, scene)
+    expected = unknown_error(probability)
+    if part.error_known:
+        expected = expected_error(chosen.name, resting, probability, scene)
     return pose_statistics(
         part,
         resting.body.radius,

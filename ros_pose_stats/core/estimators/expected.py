@@ -106,6 +106,13 @@ class ExpectedError(NamedTuple):
         return self.measured_error > UNUSUAL_RATIO * self.usual_error
 
 
+def unknown_error(probability: Array) -> ExpectedError:
+    """Of probabilities (P,) of which nobody knows how wrong they are."""
+    return ExpectedError(
+        math.nan, math.nan, math.nan, np.full(probability.shape, math.nan)
+    )
+
+
 def expected_error(
     name: str,
     resting: RestingPoses,
@@ -115,9 +122,7 @@ def expected_error(
 ) -> ExpectedError:
     """Expected error of one estimate (P,), by index."""
     if name not in fits:
-        return ExpectedError(
-            math.nan, math.nan, math.nan, np.full(probability.shape, math.nan)
-        )
+        return unknown_error(probability)
     fit = fits[name]
     answers = fitted.reference_answers(resting)
     scale = fitted.error_scale(resting, probability, answers)

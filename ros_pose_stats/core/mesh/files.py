@@ -72,6 +72,8 @@ class FileMesh(NamedTuple):
     # metres a unit as the file declares, whichever counts; None for files that declare
     # none
     declared: float | None = None
+    # whether the file is of solids, so that a surface with holes has lost something
+    of_solids: bool = False
 
 
 def read_mesh(
@@ -122,7 +124,8 @@ def parse_mesh(
     else:
         declared, objects = read_in_process(path, content, most_bytes)
         vertices, triangles = _join_meshes(objects)
-    if suffix in STEP_SUFFIXES and declared is not None:
+    of_solids = suffix in STEP_SUFFIXES
+    if of_solids and declared is not None:
         # They came in float32, and it has to show: whoever asks for their rounding
         # looks for it.
         vertices = (vertices / declared).astype(np.float32).astype(np.float64)
@@ -135,7 +138,7 @@ def parse_mesh(
     if declared is not None and (unless_declared or requested is None):
         requested = declared
     if requested is not None:
-        return FileMesh(vertices, triangles, requested, False, declared)
+        return FileMesh(vertices, triangles, requested, False, declared, of_solids)
     extent = units.extent_of(vertices, triangles)
     # What has no extent is refused where a part is to be made of it.
     is_guessed = not math.isnan(extent)

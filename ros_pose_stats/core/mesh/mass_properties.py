@@ -190,7 +190,7 @@ def complete_properties(
     center = surface.solid.centroid
     kilograms = 1.0 if properties.mass is None else properties.mass
     if properties.density is not None:
-        if surface.from_hull:
+        if surface.problem:
             raise MassPropertiesError(
                 "a closed mesh where a density is given",
                 "one whose volume is not known, as it is open",

@@ -11,11 +11,15 @@ from scipy.spatial import cKDTree
 
 from ...base import errors, text
 from ..records import Part
-from ..records.part import Corners, Mask, digest_name
-from . import arrays, files, mass_properties, units
+from ..records.part import Corners, Index, Mask, digest_name
+from . import arrays, files, mass_properties, units, winding
 from .bodies import separation
 from .hull import hull_of_part, keep_hull
 from .surface import surface_of
+
+_NO_ERROR = (
+    " No error is told: the file promises a solid, and nobody knows what is lost of it."
+)
 
 
 def load_part(
@@ -29,6 +33,7 @@ def load_part(
     part_id: str = "",
     unless_declared: bool = False,
     body: separation.Choice = None,
+    accept_open: bool = False,
 ) -> Part:
     """Load a part from a mesh file.
 
@@ -51,6 +56,12 @@ def load_part(
         contradicts it.
     body : int or str, optional
         See `part_from_mesh`.
+    accept_open : bool
+        Whether to take the convex hull of a solid of a STEP file whose surface comes
+        out with holes that cannot plainly be closed. No answer about such a part tells
+        an error: its shares and intervals of them are NaN, and what asks for one is
+        refused. Else such a file is refused. Other files promise no solid; of them the
+        hull is taken, with the warning `OPEN_MESH`.
 
     Returns
     -------
@@ -67,6 +78,7 @@ def load_part(
         mass_properties.check_properties(center_of_mass, mass, inertia, density),
         part_id or text.printable(Path(file).stem),
         separation.check_choice(body),
+        accept_open=accept_open,
     )
 
 
@@ -159,6 +171,8 @@ def part_of_file(
     properties: mass_properties.GivenProperties,
     part_id: str,
     body: separation.Choice = None,
+    *,
+    accept_open: bool = False,
 ) -> Part:
     """Check, weld, close, orient and integrate the mesh of a file or of arrays."""
     metres, corners = arrays.check_mesh(mesh.vertices, mesh.triangles, mesh.unit)
@@ -172,12 +186,15 @@ def part_of_file(
         vertices, triangles = arrays.weld(metres, corners.astype(np.int64))
     rounding = arrays.coordinate_rounding(mesh.vertices, corners) * mesh.unit
     surface = surface_of(vertices, triangles)
+    is_open_solid = mesh.of_solids and bool(surface.problem)
+    if is_open_solid and not accept_open:
+        raise _open_solid(triangles, surface.problem)
     kilograms, center, tensor = mass_properties.complete_properties(properties, surface)
     warnings = (
         *units.unit_warnings(
             surface.hull.scale, mesh.unit, mesh.unit_guessed, mesh.declared
         ),
-        *surface.warnings,
+        *(f"{line}{_NO_ERROR if is_open_solid else ''}" for line in surface.warnings),
         *mass_properties.inertia_warning(tensor, kilograms, center, surface),
     )
     part = Part(
@@ -195,9 +212,22 @@ def part_of_file(
         unit=mesh.unit,
         unit_guessed=mesh.unit_guessed,
         bodies=1 if chosen is None else chosen.bodies,
+        error_known=not is_open_solid,
     )
     keep_hull(part, surface.hull)
     return part
+
+
+def _open_solid(triangles: Index, problem: str) -> errors.MeshError:
+    """Refusal of a STEP file of whose solid some surface is lost."""
+    open_edges = int((winding.group_edges(triangles).uses % 2).sum())
+    return errors.MeshError(
+        "a STEP file of a solid that is closed",
+        f"one with {text.several(open_edges, 'open edge')}: its mesh {problem}",
+        "export it again or heal it in CAD, or take its hull without an error, with "
+        "--accept-open of estimate, simulate, report and animate (`accept_open` in the "
+        "library)",
+    )
 
 
 def _mesh_of_body(

@@ -73,7 +73,9 @@ class Surface(NamedTuple):
     triangles: Index  # (U, 3); normals point out of the material
     solid: Solid
     hull: Hull  # of `vertices`
-    from_hull: bool  # whether the hull stands in for the part
+    # why the hull stands in for the part, to go on from "the mesh"; empty where it
+    # does not
+    problem: str
     warnings: tuple[str, ...]
     notes: tuple[str, ...] = ()
 
@@ -152,7 +154,7 @@ def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
         np.ascontiguousarray(material.triangles),
         solid,
         hull,
-        False,
+        "",
         remark if doubled_share > UNCERTAIN else (),
         notes,
     )
@@ -168,7 +170,7 @@ def _hull_surface(vertices: Array, scaled: UnitPoints, problem: str) -> Surface:
         f"the centre of mass at {_describe_centroid(solid, hull)}; mass properties "
         "that you do not give are the hull's."
     )
-    return Surface(vertices, triangles, solid, hull, True, (warning,))
+    return Surface(vertices, triangles, solid, hull, problem, (warning,))
 
 
 def _describe_centroid(solid: Solid, hull: Hull) -> str:

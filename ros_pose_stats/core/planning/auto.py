@@ -144,8 +144,14 @@ def answer_with_drops(
     """Drop a part beside its estimate until the answer is sure, and say why in `choice`.
 
     A request without a target gets the default one, and its budget. Where symmetry
-    decides all or drops hardly end, the estimate answers alone.
+    decides all or drops hardly end, the estimate answers alone; also for the hull of an
+    open solid, of which drops would tell an error that is not the part's.
     """
+    if not part.error_known:
+        if request.target_error:
+            part.require_known_error("a target error")
+        choice = f"{estimate.method} alone: no error of an open solid can be told."
+        return replace(estimate, choice=choice)
     if not request.target_error:
         request = replace(request, target_error=DEFAULT_TARGET, events=MOST_EVENTS)
     target = request.target_error

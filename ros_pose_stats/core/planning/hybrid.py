@@ -104,6 +104,8 @@ def drop_with_prior(
 
     `first_checkpoint`: drops before the first look.
     """
+    # They weigh by their errors.
+    part.require_known_error("an estimate and drops together")
     judge = Judge(partial(confidence.judge_drops, prior), first_checkpoint)
     combined = watch._replace(on_progress=combined_progress(prior, watch.on_progress))
     return hybrid_statistics(count_drops(part, scene, request, combined, judge), prior)

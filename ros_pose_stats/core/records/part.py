@@ -8,6 +8,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base import errors
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
@@ -100,6 +102,9 @@ class Part:
     bodies : int
         Bodies that stood apart in the mesh as it came, of which the part is one; 1
         where it is the whole mesh.
+    error_known : bool
+        Whether answers may tell an error; False where the convex hull was accepted for
+        a solid that came out open.
     digest : str
         See `part_digest`.
     """
@@ -119,6 +124,7 @@ class Part:
     unit: float = 1.0
     unit_guessed: bool = False
     bodies: int = 1
+    error_known: bool = True
     _prepared: dict[Hashable, Any] = field(
         default_factory=dict, init=False, compare=False
     )
@@ -143,6 +149,15 @@ class Part:
     def is_open(self) -> bool:
         """Whether the convex hull stands in for the surface of an open mesh."""
         return any(warning.startswith("OPEN_MESH:") for warning in self.warnings)
+
+    def require_known_error(self, answer: str) -> None:
+        """Refuse an answer, in words, that is nothing without its error."""
+        if not self.error_known:
+            raise errors.RequestError(
+                f"a closed surface for {answer}",
+                "the hull of an open solid, whose error nobody knows",
+                "export the part again, or heal it in CAD",
+            )
 
     def prepare(self, make: Callable[..., Prepared], *options: Hashable) -> Prepared:
         """Return what a function makes of the part.

@@ -5,6 +5,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ...base import version
 from .. import tolerances
 from .part import Array, Index, Part
@@ -23,6 +25,13 @@ class Shares(NamedTuple):
     counts: Index  # drops that came to rest, or parts that were seen; 0 for an estimate
     expected_error: float
     largest_error: float
+
+    def without_errors(self) -> "Shares":
+        """The same of a part whose errors nobody knows."""
+        unknown = np.full(self.probability.shape, math.nan)
+        return Shares(
+            self.probability, unknown, unknown, unknown, self.counts, math.nan, math.nan
+        )
 
 
 def pose_statistics(
@@ -52,6 +61,8 @@ def pose_statistics(
         else []
     )
     release_height = scene.release_height(radius) if knows_scene else math.nan
+    if not part.error_known:
+        shares = shares.without_errors()
     return PoseStatistics(
         part_id=part.part_id,
         part_digest=part.digest,

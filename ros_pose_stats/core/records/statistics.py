@@ -232,17 +232,21 @@ def _method(statistics: PoseStatistics) -> str:
         f"method {statistics.method}, "
         f"cluster tolerance {statistics.cluster_tolerance:g}, "
     )
-    error = 100.0 * statistics.expected_error
     largest = 100.0 * statistics.largest_error
+    digits = 2 if statistics.drops else 1
+    error = "error not known"
+    if not math.isnan(statistics.expected_error):
+        error = (
+            f"expected error {100.0 * statistics.expected_error:.{digits}f} points "
+            f"(one pose: {largest:.{digits}f})"
+        )
     if not statistics.drops:
         return (
-            f"{method}expected error {error:.1f} points (one pose: {largest:.1f}) "
-            f"against drops at restitution {statistics.restitution:g}"
+            f"{method}{error} against drops at restitution {statistics.restitution:g}"
         )
     return (
         f"{statistics.drops} drops, {statistics.unsettled} unsettled, "
-        f"seed {statistics.seed},\n"
-        f"{method}expected error {error:.2f} points (one pose: {largest:.2f})"
+        f"seed {statistics.seed},\n{method}{error}"
     )
 
 

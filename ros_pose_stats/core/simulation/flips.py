@@ -107,6 +107,7 @@ def count_flips(
 ) -> FlipStatistics:
     """Flip a part in a scene, out of each pose as requested; see `simulate_flips`."""
     begin = time.perf_counter()
+    part.require_known_error("flips")
     kick = check_kick(kick_height)
     body = drop_body.drop_body(part, scene)
     poses = body.resting.poses

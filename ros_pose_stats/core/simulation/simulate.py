@@ -1,5 +1,6 @@
 """A whole simulation: from a part and a request to the statistics of its drops."""
 
+import math
 import time
 from collections.abc import Callable, Iterable
 
@@ -16,6 +17,7 @@ from ..records.scene import (
 )
 from ..records.shares import pose_statistics
 from ..resting import poses, trust
+from ..statistics.errors import Judgement
 from ..statistics.prefix import Judge, Prefix, counted_shares, target_reached
 from .chunks import DropWorkers
 from .drop_body import drop_body
@@ -128,6 +130,8 @@ def count_drops(
     judge: Judge | None = None,
 ) -> PoseStatistics:
     """Drop a part in a scene as requested; `judge` and the rest as for `simulate`."""
+    if request.target_error:
+        part.require_known_error("a target error")
     return _Simulation(part, scene, request, judge).run(watch)
 
 
@@ -203,6 +207,8 @@ class _Simulation:
     def _progress(self) -> DropProgress:
         prefix = self._prefix
         judgement = prefix.recent_judgement()
+        if not self._part.error_known:
+            judgement = Judgement(math.nan, math.nan)
         return DropProgress(
             prefix.drops,
             prefix.drop_bound,

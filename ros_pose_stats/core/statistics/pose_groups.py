@@ -30,7 +30,7 @@ def pose_groups(statistics: PoseStatistics) -> tuple[PoseGroup, ...]:
     for pose in statistics.by_index.values():
         groups.setdefault(pose.group, []).append(pose)
     settled_drops = None
-    if statistics.method == methods.SIMULATION:
+    if _has_counted_errors(statistics):
         settled_drops = sum(pose.count for pose in statistics.poses)
     joined_poses = [
         _join_poses(poses, settled_drops, len(groups)) for poses in groups.values()
@@ -40,6 +40,12 @@ def pose_groups(statistics: PoseStatistics) -> tuple[PoseGroup, ...]:
         range(len(joined_poses)), key=lambda k: (rank[k], joined_poses[k].first.index)
     )
     return tuple(joined_poses[k] for k in order)
+
+
+def _has_counted_errors(statistics: PoseStatistics) -> bool:
+    """Whether the counts tell the errors; of the hull of an open solid they do not."""
+    is_counted = statistics.method == methods.SIMULATION
+    return is_counted and not math.isnan(statistics.expected_error)
 
 
 def list_poses(statistics: PoseStatistics, ungrouped: bool) -> tuple[PoseGroup, ...]:
@@ -146,7 +152,7 @@ def pose_shares(statistics: PoseStatistics) -> PoseShares:
         raise errors.RequestError(
             "probabilities of the poses", "none", "simulate more drops"
         )
-    if statistics.method == methods.SIMULATION:
+    if _has_counted_errors(statistics):
         return PoseShares(
             probability, float(sum(pose.count for pose in poses)), np.arange(len(poses))
         )

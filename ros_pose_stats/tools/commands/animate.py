@@ -33,7 +33,7 @@ def register(commands: arguments.Commands) -> None:
         ),
         run=run,
     )
-    arguments.add_part(command, *arguments.POSE_OPTIONS)
+    arguments.add_part(command, "--accept-open", *arguments.POSE_OPTIONS)
     command.add_argument(
         "--drop",
         type=arguments.read_count,

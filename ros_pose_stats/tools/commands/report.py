@@ -29,7 +29,7 @@ def register(commands: arguments.Commands) -> None:
         ),
         run=run,
     )
-    arguments.add_part(command, *arguments.POSE_OPTIONS)
+    arguments.add_part(command, "--accept-open", *arguments.POSE_OPTIONS)
     arguments.add_options(
         command, "--output", required=True, help="the page to write, FILE.html"
     )
@@ -128,6 +128,7 @@ def commands_to_reproduce(
             values,
             "unit",
             "body",
+            "accept_open",
             "com",
             "mass",
             "density",

@@ -19,7 +19,7 @@ def register(commands: arguments.Commands) -> None:
         ),
         run=run,
     )
-    arguments.add_part(command, *arguments.POSE_OPTIONS)
+    arguments.add_part(command, "--accept-open", *arguments.POSE_OPTIONS)
     arguments.add_drop_options(command, DEFAULT_DROPS)
     arguments.add_options(command, *arguments.SCENE_OPTIONS, "--each", "--json")
 

@@ -92,6 +92,7 @@ class DesignSpace:
     """A part and all that can be changed on it; `resting` is of the part as it is."""
 
     def __init__(self, part: Part, scene: DropScene | None = None) -> None:
+        part.require_known_error("changes of a part")
         self.part = part
         self.scene = scene or DropScene()
         self.resting = poses.poses_in(part, self.scene)

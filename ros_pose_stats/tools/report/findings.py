@@ -135,10 +135,10 @@ def investigate(
     target = 0.0
     bound = MOST_DROPS
     ending = ""
-    if drops is None:
+    if drops is None and part.error_known:
         target = TARGET_ERROR
         ending = ", or fewer"
-    else:
+    elif drops is not None:
         bound = drops
     simulated = simulate.simulate(
         part,

@@ -7,6 +7,7 @@ Each reading starts a process, so few files are read in a quick run.
 import contextlib
 import importlib.util
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,14 +18,39 @@ import pytest
 import trimesh
 
 from lab.bodies.step_text import Disc, step_assembly, step_part
-from ros_pose_stats import PoseStatsError, load_part
-from tests.running import ROOT, about, answer_json, children, is_gone, refusal_of
+from ros_pose_stats import (
+    PoseStatsError,
+    auto,
+    compare,
+    estimate,
+    hybrid,
+    load_part,
+    sensitivity,
+    shift_center,
+    simulate,
+    simulate_flips,
+    suggest,
+)
+from tests.running import (
+    ROOT,
+    about,
+    answer,
+    answer_json,
+    call,
+    children,
+    is_gone,
+    refusal,
+    refusal_of,
+)
 
 pytestmark = pytest.mark.skipif(
     importlib.util.find_spec("cascadio") is None,
     reason="the extra `step` is not installed",
 )
 WHOLE = step_part(Disc(5.0, 2.0))
+HOLED = Disc(5.0, 2.0, [(1.5, 0.0, 1.0)])
+OPEN = step_part(HOLED, lost=[1])
+"""The wall of the bore is lost, and nobody can say what was between its rims."""
 
 
 def written(path, text):
@@ -195,6 +221,118 @@ def test_a_file_is_tessellated_once(tmp_path, monkeypatch):
     assert load_part(written(tmp_path / "b.stp", new_text)).digest == digest
     other = written(tmp_path / "c.step", f"{new_text}\n")
     assert "a process to read" in refusal_of(load_part, other)
+
+
+@pytest.fixture(scope="module")
+def open_file(tmp_path_factory):
+    return written(tmp_path_factory.mktemp("open") / "open.step", OPEN)
+
+
+@pytest.fixture(scope="module")
+def accepted_hull(open_file):
+    return load_part(open_file, accept_open=True)
+
+
+def test_an_open_solid_is_refused_with_the_number_of_its_open_edges(open_file):
+    line = refusal_of(load_part, open_file)
+    assert "192 open edges" in line and "two may be the ends of one bore" in line
+    assert "--accept-open" in line and "accept_open" in line
+    assert refusal("estimate", open_file) == f"ros_pose_stats: {line}"
+    # Above all where the volume decides the mass.
+    assert refusal_of(load_part, open_file, density=7850.0) == line
+
+
+def test_a_solid_without_its_top_is_closed_as_before(tmp_path):
+    path = written(tmp_path / "topless.step", step_part(HOLED, lost=[2]))
+    part = load_part(path)
+    assert [line.split(":")[0] for line in part.warnings] == ["HOLES_CLOSED"]
+    same = load_part(path, accept_open=True)
+    assert (same.warnings, same.digest) == (part.warnings, part.digest)
+    assert np.isfinite(estimate(same, "split").expected_error)
+
+
+def assert_no_error(answer):
+    assert np.isnan([answer.expected_error, answer.largest_error]).all()
+    for pose in answer.poses:
+        assert np.isnan([pose.probability_low, pose.probability_high]).all()
+        assert np.isnan(pose.standard_error)
+    assert sum(pose.probability for pose in answer.poses) == pytest.approx(1.0)
+    (warning,) = [line for line in answer.warnings if line.startswith("OPEN_MESH: ")]
+    assert "No error is told" in warning
+
+
+def test_the_hull_of_an_open_solid_is_answered_without_an_error(accepted_hull):
+    whole_disc = np.pi * 5e-3**2 * 2e-3
+    surface = trimesh.Trimesh(
+        accepted_hull.surface_vertices, accepted_hull.surface_triangles
+    )
+    assert surface.volume == pytest.approx(whole_disc, rel=1e-3)
+    for part in (accepted_hull, shift_center(accepted_hull, [1e-4, 0.0, 0.0])):
+        assert_no_error(estimate(part, "eae"))
+        assert_no_error(estimate(part, "split"))
+        default = auto(part)
+        assert_no_error(default)
+        assert default.drops == 0 and "no error" in default.choice
+    told_errors = []
+
+    def keep_error(progress):
+        told_errors.append(progress.expected_error)
+        assert_no_error(progress.statistics())
+
+    counted = simulate(accepted_hull, 300, seed=1, on_progress=keep_error)
+    assert_no_error(counted)
+    assert counted.drops == sum(pose.count for pose in counted.poses) == 300
+    assert told_errors and np.isnan(told_errors).all()
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda part: simulate(part, 100, target_error=0.1),
+        lambda part: hybrid(part, 100),
+        lambda part: auto(part, 0.1),
+        lambda part: simulate_flips(part, 0.01, 10),
+        lambda part: sensitivity(part, [0]),
+        lambda part: suggest(part, [0], 1e-4),
+        lambda part: compare([part, part]),
+    ],
+)
+def test_what_is_an_error_by_itself_is_refused_for_the_hull(accepted_hull, ask):
+    assert "a closed surface" in refusal_of(ask, accepted_hull)
+
+
+def test_commands_take_the_hull_where_they_are_told_to(open_file, tmp_path):
+    values = answer_json("estimate", open_file, "--accept-open")
+    assert (values["expected_error"], values["largest_error"]) == (None, None)
+    assert {pose["probability_low"] for pose in values["poses"]} == {None}
+    values = answer_json("simulate", open_file, "--accept-open", "--drops", 100)
+    assert (values["expected_error"], values["drops"]) == (None, 100)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["estimate"], ["estimate", "--method", "all"], ["simulate", "--drops", 100]],
+)
+def test_tables_of_the_hull_have_no_error_and_say_why(open_file, command):
+    table = answer(*command, open_file, "--accept-open")
+    assert "No error is told" in table
+    assert not re.search(r"nan\b|interval|expected error|METHODS_DISAGREE", table)
+
+
+@pytest.mark.long
+def test_the_page_of_the_hull_has_no_error(open_file, tmp_path):
+    page = tmp_path / "page.html"
+    answer("report", open_file, "--accept-open", "--drops", 100, "-o", page)
+    text = page.read_text(encoding="utf-8")
+    words = re.sub("<[^>]*>", " ", text.partition("<body")[2]).split()
+    assert "nan" not in words and "--accept-open" in words
+    assert "90 % confidence" not in text
+
+
+@pytest.mark.long
+def test_a_catalogue_has_the_refusal_in_its_row(open_file, tmp_path):
+    call("catalogue", open_file, "-o", tmp_path)
+    assert "192 open edges" in (tmp_path / "catalogue.csv").read_text(encoding="utf-8")
 
 
 def test_without_the_package_a_sentence_says_what_to_install(tmp_path, monkeypatch):

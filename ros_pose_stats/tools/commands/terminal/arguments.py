@@ -228,6 +228,11 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "for the largest; `all`: all as one rigid part (default: the first of equal "
         "ones; different ones are refused, with their numbers and sizes)",
     },
+    "--accept-open": {
+        "action": "store_true",
+        "help": "take the convex hull of a solid of a STEP file whose surface comes out "
+        "with holes, and tell no error (default: such a file is refused)",
+    },
     "--com": {
         "nargs": 3,
         "type": read_length,
@@ -326,6 +331,7 @@ SHARED_UNIT_HELP = (
     "up to 0.6 units and mm for larger ones); STEP and 3MF files name theirs"
 )
 ADVANCED_OPTIONS = (
+    "--accept-open",
     "--com",
     "--mass",
     "--density",
@@ -361,6 +367,8 @@ def add_part(command: CommandParser, *names: str, **unit: Any) -> None:
 
     `unit`: what this command has otherwise of that option.
     """
+    # Most answers are nothing without an error, so few commands have that option.
+    command.set_defaults(accept_open=False)
     add_options(command, "part")
     add_options(command, "--unit", **unit)
     add_options(command, "--body", "--com")
@@ -439,4 +447,5 @@ def load_named_part(options: argparse.Namespace) -> "Part":
         options.mass,
         density=options.density,
         body=options.body,
+        accept_open=options.accept_open,
     )
