@@ -66,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
             from ..plots.figures import ffmpeg
 
             ffmpeg()
-        part = arguments.load_named_part(options)
+        part = running.load_named_part(options)
         scene = arguments.drop_scene(options)
         seed = request.drop_request(None, options.seed).seed
         trajectory = frames.watchable_drop(part, scene, seed, options.drop)

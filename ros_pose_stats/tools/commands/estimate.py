@@ -71,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
         from ...core.estimators import ESTIMATORS
         from ...core.estimators.estimate import estimate_in
 
-        part = arguments.load_named_part(options)
+        part = running.load_named_part(options)
         scene = arguments.drop_scene(options)
         methods = ESTIMATORS if options.method == ALL else [options.method]
         estimates = [estimate_in(part, scene, method) for method in methods]

@@ -86,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
         from ..report.findings import Feeder, investigate
         from ..report.page import report_page
 
-        part = arguments.load_named_part(options)
+        part = running.load_named_part(options)
     feeder = Feeder(
         tuple(dict.fromkeys(options.wanted)),
         options.rate,

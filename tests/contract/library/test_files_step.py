@@ -6,6 +6,7 @@ Each reading starts a process, so few files are read in a quick run.
 
 import contextlib
 import importlib.util
+import io
 import os
 import re
 import signal
@@ -31,6 +32,7 @@ from ros_pose_stats import (
     simulate_flips,
     suggest,
 )
+from ros_pose_stats.tools.cli import main
 from tests.running import (
     ROOT,
     about,
@@ -333,6 +335,39 @@ def test_the_page_of_the_hull_has_no_error(open_file, tmp_path):
 def test_a_catalogue_has_the_refusal_in_its_row(open_file, tmp_path):
     call("catalogue", open_file, "-o", tmp_path)
     assert "192 open edges" in (tmp_path / "catalogue.csv").read_text(encoding="utf-8")
+
+
+class Terminal(io.StringIO):
+    """A terminal that makes a file once it is told that something is read."""
+
+    def __init__(self, file):
+        super().__init__()
+        self.file = file
+
+    def isatty(self):
+        return True
+
+    def write(self, words):
+        if "reading slow.step, " in words:
+            self.file.touch()
+        return super().write(words)
+
+
+@pytest.mark.long
+def test_a_terminal_is_told_what_is_read_for_long(tmp_path, monkeypatch):
+    """Until the file is read, which here waits for that."""
+    path = written(tmp_path / "slow.step", f"{WHOLE}\n{time.time_ns()}\n")
+    screen = Terminal(tmp_path / "line")
+    waiting = f"until [ -e {screen.file} ]; do :; done\n"
+    python = tmp_path / "python"
+    python.write_text(f'#!/bin/sh\n{waiting}exec {sys.executable} "$@"\n')
+    python.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(python))
+    with contextlib.redirect_stderr(screen):
+        assert main(["estimate", str(path), "--method", "eae"]) == 0
+    lines = screen.getvalue().split("\r")
+    assert lines[1].startswith("reading slow.step, ")
+    assert lines[-2].isspace() and lines[-1] == ""  # the line is gone
 
 
 def test_without_the_package_a_sentence_says_what_to_install(tmp_path, monkeypatch):

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from decimal import Decimal, InvalidOperation
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
+from typing import Any, NoReturn, TypeAlias
 
 from ....base.errors import RequestError
 from ....core.records.scene import (
@@ -20,9 +20,6 @@ from ....core.records.scene import (
     DEFAULT_ROUND_SIDES,
     DropScene,
 )
-
-if TYPE_CHECKING:
-    from ....core.records import Part
 
 REFUSED = 2
 
@@ -434,18 +431,3 @@ def add_drop_options(command: CommandParser, drops: int | None) -> None:
         "percentage point (default: none)",
     )
     add_options(command, "--seed", "--workers")
-
-
-def load_named_part(options: argparse.Namespace) -> "Part":
-    """Load the part that the options name."""
-    from ....core.mesh.parts import load_part
-
-    return load_part(
-        options.part,
-        options.unit,
-        options.com,
-        options.mass,
-        density=options.density,
-        body=options.body,
-        accept_open=options.accept_open,
-    )

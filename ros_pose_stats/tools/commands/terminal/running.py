@@ -19,8 +19,8 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
-from ....base import errors, extras, files
-from .arguments import load_named_part, scene_keywords
+from ....base import errors, extras, files, text
+from .arguments import scene_keywords
 
 if TYPE_CHECKING:
     from ....core.records import DropProgress, Part, PoseStatistics
@@ -31,6 +31,8 @@ NARROWEST_BAR = 5
 TERMINAL_WIDTH = 80  # where the terminal does not say
 REDRAW_SECONDS = 0.1
 FIRST_DRAW_SECONDS = 0.3
+WAITING_SECONDS = 2.0  # of a task without progress, before a line says what it is
+LONGEST_NAME = 40
 
 
 class ProgressBar:
@@ -260,6 +262,57 @@ def preparing_kernels() -> Iterator[None]:
 
         yield
         prepare_kernels()
+
+
+@contextmanager
+def name_slow_task(task: str) -> Iterator[None]:
+    """Where the context takes seconds, tell a terminal what it does, and for how long.
+
+    For what cannot say how far it is.
+    """
+    if not sys.stderr.isatty():
+        yield
+        return
+    begin = time.monotonic()
+    is_over = threading.Event()
+
+    def show() -> None:
+        line = ""
+        pause = WAITING_SECONDS
+        while not is_over.wait(pause):
+            line = f"{task}, {time.monotonic() - begin:.0f} s"
+            _rewrite_line(line)
+            pause = 1.0
+        if line:
+            _rewrite_line(" " * len(line) + "\r")
+
+    thread = threading.Thread(target=show, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        is_over.set()
+        thread.join()
+
+
+def load_named_part(options: argparse.Namespace) -> "Part":
+    """Load the part that the options name."""
+    from ....core.mesh import files as mesh_files, mass_properties, parts
+    from ....core.mesh.bodies import separation
+
+    name = text.shortened(text.printable(Path(options.part).name), LONGEST_NAME)
+    # Reading alone: what follows may compile kernels, under a line of its own.
+    with name_slow_task(f"reading {name}"):
+        mesh = mesh_files.read_mesh(options.part, options.unit)
+    return parts.part_of_file(
+        mesh,
+        mass_properties.check_properties(
+            options.com, options.mass, None, options.density
+        ),
+        text.printable(Path(options.part).stem),
+        separation.check_choice(options.body),
+        accept_open=options.accept_open,
+    )
 
 
 def load_part_and_kernels(options: argparse.Namespace) -> "Part":
