@@ -10,9 +10,8 @@ from typing import Any, NamedTuple
 
 SECOND = 1_000_000_000
 GAP = "  "
-FORMULAS = ("=", "+", "-", "@", "\t", "\r", "\n")
-"""What a cell of a table begins with that spreadsheets compute, or look behind for
-such."""
+FORMULAS = ("=", "+", "-", "@")
+"""What a cell of a table begins with that spreadsheets compute."""
 
 WIDTH = 100  # width of a report, in characters
 MOST_POSES = 40  # poses that a table lists; the others are summed up in one line
@@ -180,9 +179,20 @@ def csv_lines(heads: Iterable[str], rows: Iterable[Iterable[Any]]) -> Iterator[s
 def _cell(value: Any) -> Any:
     if isinstance(value, float):
         return repr(float(value)) if math.isfinite(value) else ""
-    if isinstance(value, str) and value.startswith(FORMULAS):
+    if isinstance(value, str) and is_formula(value):
         return f"'{value}"
     return value
+
+
+def is_formula(text: str) -> bool:
+    """Whether a spreadsheet may compute a text.
+
+    It looks behind spaces, line ends and signs without a width, too.
+    """
+    start = 0
+    while start < len(text) and (text[start] == " " or not text[start].isprintable()):
+        start += 1
+    return text.startswith(FORMULAS, start)
 
 
 def code_of(warning: str) -> str:

@@ -55,10 +55,7 @@ def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
     that are not hidden. A folder to which several links lead counts once.
     """
     paths_of_parts = [str(name) for path in paths for name in _files_of(Path(path))]
-    names = {
-        f"./{name}" if name.startswith(text.FORMULAS) else name
-        for name in paths_of_parts
-    }
+    names = {f"./{name}" if text.is_formula(name) else name for name in paths_of_parts}
     if not names:
         raise errors.RequestError(
             f"files of parts ({', '.join(SUFFIXES)})",

@@ -160,14 +160,15 @@ def tables(log, folder):
 
 
 class TestCsv:
-    def test_no_name_is_a_formula(self, tmp_path, monkeypatch):
-        """Spreadsheets would compute it."""
+    @pytest.mark.parametrize("name", ["=1+1", " =1+1", "\ufeff=1+1", "\u200b\t@a"])
+    def test_no_name_is_a_formula(self, tmp_path, monkeypatch, name):
+        """Spreadsheets would compute it, also behind what has no width."""
         monkeypatch.chdir(tmp_path)
         write_run(
             Path("=log"),
             [
-                ("pose_statistics", result(1.0, part_id="=1+1")),
-                ("pose_counts", counts(2.0, (2, 1, 0, 0, 0), part_id="=1+1")),
+                ("pose_statistics", result(1.0, part_id=name)),
+                ("pose_counts", counts(2.0, (2, 1, 0, 0, 0), part_id=name)),
             ],
         )
         rows = tables(Path("=log"), tmp_path / "csv")
@@ -176,7 +177,7 @@ class TestCsv:
             row["part_id"]
             for name in ("poses", "answers", "counts")
             for row in rows[name]
-        } == {"'=1+1"}
+        } == {f"'{name}"}
 
     def test_values_come_back(self, log, tmp_path):
         (tmp_path / "poses.csv").write_text("old")  # is replaced

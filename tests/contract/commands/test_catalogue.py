@@ -60,7 +60,7 @@ PARTS = len(REFUSED) + ROCKS + 5
 ASKED = (
     "catalogue",
     "parts",
-    "=1+1.stl",
+    "\ufeff =1+1.stl",
     "parts/box.stl",
     "--unit",
     "cm",
@@ -94,7 +94,7 @@ def home(tmp_path_factory):
     for hidden in (".hidden.stl", "below/.cache/box.stl"):
         write_stl(parts / hidden, shapes.box(1.0, 2.0, 3.0))
     (parts / "below" / "up").symlink_to("..")
-    (home / "=1+1.stl").write_text("no part")
+    (home / "\ufeff =1+1.stl").write_text("no part")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(home)
         yield home
@@ -313,7 +313,7 @@ class TestRows:
             "b\udcf6x, 1.stl",
             *(f"below/rock_{seed}.STL" for seed in range(ROCKS)),
         )
-        names = ["./=1+1.stl", *sorted(f"parts/{name}" for name in expected)]
+        names = ["./\ufeff =1+1.stl", *sorted(f"parts/{name}" for name in expected)]
         assert [row["file"] for row in catalogue[0]["parts"]] == names
         assert [row["file"] for row in rows_of(catalogue[1])] == names
 
