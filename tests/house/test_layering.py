@@ -76,6 +76,7 @@ ROOMS_OF = {
     "mcap": ("node.recording", "tools.bags"),
     "mcap_ros2": ("node.recording", "tools.bags"),
     "zstandard": ("node.recording",),
+    "lz4": ("node.recording",),
     "matplotlib": ("tools.plots",),
     "PIL": ("tools.plots",),
     "jinja2": ("tools.report",),

@@ -1,8 +1,9 @@
 """Messages of this package's types, decoded by the definition in the file."""
 
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import redirect_stderr, suppress
 from hashlib import blake2b
+from io import StringIO
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,12 @@ KINDS = PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (
 )
 CONVERT = "`ros2 bag convert` makes a plain MCAP bag of it"
 SECOND = 1_000_000_000
+
+# Of a definition: ours have some kilobytes, and as many texts as nodes had versions. The
+# parser takes time by the square of the lines.
+MOST_CHARACTERS = 65536
+MOST_LINES = 1000
+MOST_DEFINITIONS = 500
 # How data compressed by zstd begins; a message begins with a zero.
 ZSTD_START = b"\x28\xb5\x2f\xfd"
 
@@ -51,14 +58,11 @@ class Decoders:
             )
         definition = message.type_name, message.definition
         if definition not in self._by_definition:
-            self._by_definition[definition] = None
-            with suppress(Exception):  # a definition that does not parse
-                self._by_definition[definition] = DecoderFactory().decoder_for(
-                    "cdr",
-                    Schema(
-                        1, message.definition.encode(), "ros2msg", message.type_name
-                    ),
-                )
+            self._by_definition[definition] = (
+                _decoder_for(*definition)
+                if len(self._by_definition) < MOST_DEFINITIONS
+                else None
+            )
         decoder = self._by_definition[definition]
         # struct, Unicode, index and memory errors alike: the bytes are not what they
         # should be.
@@ -67,6 +71,22 @@ class Decoders:
                 return decoder(message.data)
         self.failures += 1
         return None
+
+
+def _decoder_for(type_name: str, text: str) -> Callable[[bytes], Any] | None:
+    """What decodes messages of a definition; None for one that does not parse."""
+    if len(text) > MOST_CHARACTERS:
+        return None
+    # The parser looks for units in comments, by the square of their length.
+    lines = [line.partition("#")[0].rstrip() for line in text.splitlines()]
+    lines = [line for line in lines if line]
+    if len(lines) > MOST_LINES:
+        return None
+    schema = Schema(1, "\n".join(lines).encode(), "ros2msg", type_name)
+    # The parser prints lines that it refuses, whatever a terminal makes of them.
+    with suppress(Exception), redirect_stderr(StringIO()):
+        return DecoderFactory().decoder_for("cdr", schema)
+    return None
 
 
 def stamp_of(message: Any) -> int:

@@ -2,7 +2,6 @@
 
 import os
 import re
-import shutil
 import struct
 import tempfile
 import zlib
@@ -10,10 +9,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import BinaryIO, cast
 
 import zstandard
-from mcap import data_stream, exceptions, opcode, records, stream_reader
+from lz4.frame import LZ4FrameDecompressor
+from mcap import data_stream, exceptions, opcode, records
 
 from ...base.files import open_file
 from .writer.mcap_layout import CHECK, CHECK_START, MAGIC, MESSAGE, RECORD
@@ -31,6 +31,23 @@ _BLOCK = 1 << 20
 _STEP = 1_000_000
 _FIRST_PRIVATE = 0x80
 _PACKED = ".zstd"
+
+MOST_RECORD = 512 * 2**20
+"""Bytes of a record, or of an unpacked chunk, which memory has to hold. Recorders fill
+chunks of megabytes, or of one message where that is larger.
+"""
+
+# Bytes of what looks like records behind damage that are tried in vain, and for each
+# byte of the file. What recorders leave holds a few such; each may claim all the rest.
+_LEAST_TRIED = 2**28
+_TIMES_TRIED = 4
+
+# What a file may unpack to: so many bytes, and so many more for each of its own. Equal
+# results with times of their own pack to a two-hundredth. A record takes time however
+# short it is, so it counts as a few kilobytes more.
+_FREE = 2**30
+_RATIO = 1000
+_RECORD_COST = 4096
 
 
 @dataclass(frozen=True)
@@ -64,12 +81,16 @@ def read_frames(
     Damage is passed over where a checksum record behind it shows where to go on.
     """
     size = file.seek(0, os.SEEK_END)
+    bytes_to_try = _LEAST_TRIED + _TIMES_TRIED * size
     file.seek(0)
     position = len(MAGIC) if file.read(len(MAGIC)) == MAGIC else 0
     while position < size:
         frame = _read_frame(file, position, size) if position else None
         if frame is None:
-            next_position = _find_checked(file, position + 1, size)
+            next_position, bytes_tried = _find_checked(
+                file, position + 1, size, bytes_to_try
+            )
+            bytes_to_try -= bytes_tried
             on_damage(position, next_position)
             position = next_position
         elif frame.opcode == opcode.Opcode.FOOTER:
@@ -97,7 +118,7 @@ def _read_frame(file: BinaryIO, start: int, size: int) -> Frame | None:
         return None
     if code == opcode.Opcode.MESSAGE and length < MESSAGE.size:
         return None
-    if length > size - file.tell():
+    if length > min(size - file.tell(), MOST_RECORD):
         return None
     body = file.read(length)
     total = zlib.crc32(body, zlib.crc32(head))
@@ -109,19 +130,27 @@ def _read_frame(file: BinaryIO, start: int, size: int) -> Frame | None:
     return Frame(code, start, file.tell(), check + head, body)
 
 
-def _find_checked(file: BinaryIO, start: int, size: int) -> int:
-    """Where the next record with a sound checksum begins; the size if there is none."""
+def _find_checked(
+    file: BinaryIO, start: int, size: int, bytes_to_try: int
+) -> tuple[int, int]:
+    """Where the next record with a sound checksum begins, and bytes tried in vain.
+
+    The size of the file where there is none, or too many bytes have been tried.
+    """
+    bytes_tried = 0
     while start < size:
         file.seek(start)
         block = file.read(_BLOCK)
         offset = block.find(CHECK_START)
-        if offset < 0:
-            start += max(1, len(block) - len(CHECK_START) + 1)
-        elif _read_frame(file, start + offset, size) is not None:
-            return start + offset
-        else:
-            start += offset + 1
-    return size
+        while offset >= 0:
+            if _read_frame(file, start + offset, size) is not None:
+                return start + offset, bytes_tried
+            bytes_tried += file.tell() - start - offset
+            if bytes_tried > bytes_to_try:
+                return size, bytes_tried
+            offset = block.find(CHECK_START, offset + 1)
+        start += max(1, len(block) - len(CHECK_START) + 1)
+    return size, bytes_tried
 
 
 @dataclass(frozen=True)
@@ -153,12 +182,29 @@ def read_messages(
     been read.
     """
     for path in files_of_bag(bag):
-        with _open_unpacked(path) as file:
-            yield from _read_file(file, on_damage, on_read)
+        allowance = _Allowance(path)
+        with _open_unpacked(path, allowance) as file:
+            yield from _read_file(file, allowance, on_damage, on_read)
+
+
+class _Allowance:
+    """What may still be unpacked of a file, by its size on the disk."""
+
+    def __init__(self, path: Path) -> None:
+        self.is_packed = path.suffix == _PACKED
+        self.bytes = _FREE + _RATIO * path.stat().st_size
+
+    def covers(self, length: int) -> bool:
+        """Whether one more record, which is counted in, is not too much."""
+        self.bytes -= length + _RECORD_COST
+        return self.bytes >= 0
 
 
 def _read_file(
-    file: BinaryIO, on_damage: OnDamage, on_read: Callable[[float], None]
+    file: BinaryIO,
+    allowance: _Allowance,
+    on_damage: OnDamage,
+    on_read: Callable[[float], None],
 ) -> Iterator[RawMessage]:
     """The whole messages of one file, each with its topic and type."""
 
@@ -173,29 +219,51 @@ def _read_file(
         if frame.end > next_report:
             on_read(min(1.0, frame.end / size))
             next_report = frame.end + _STEP
+        if allowance.is_packed and not allowance.covers(len(frame.body)):
+            report_damage(frame.start, size)
+            return
         try:
-            record = frame.record()
-            content = (
-                _unpack_chunk(record) if isinstance(record, records.Chunk) else [record]
-            )
+            for item in _records_in(frame, allowance):
+                if isinstance(item, records.Schema):
+                    schemas[item.id] = item
+                elif isinstance(item, records.Channel):
+                    schema = schemas.get(item.schema_id, _NO_SCHEMA)
+                    definition = schema.data.decode(errors="replace")
+                    channels[item.id] = item.topic, schema.name, definition
+                elif isinstance(item, records.Message):
+                    if item.channel_id not in channels:
+                        reason = f"no channel {item.channel_id}"
+                        on_damage(frame.start, frame.end, size, reason)
+                        continue
+                    topic, type_name, definition = channels[item.channel_id]
+                    yield RawMessage(
+                        topic, type_name, item.data, item.log_time, definition
+                    )
         except UNREADABLE as error:
             on_damage(frame.start, frame.end, size, str(error))
-            continue
-        for item in content:
-            if isinstance(item, records.Schema):
-                schemas[item.id] = item
-            elif isinstance(item, records.Channel):
-                schema = schemas.get(item.schema_id, _NO_SCHEMA)
-                definition = schema.data.decode(errors="replace")
-                channels[item.id] = item.topic, schema.name, definition
-            elif isinstance(item, records.Message):
-                if item.channel_id not in channels:
-                    on_damage(
-                        frame.start, frame.end, size, f"no channel {item.channel_id}"
-                    )
-                    continue
-                topic, type_name, definition = channels[item.channel_id]
-                yield RawMessage(topic, type_name, item.data, item.log_time, definition)
+
+
+def _records_in(
+    frame: Frame, allowance: _Allowance
+) -> Iterator[records.McapRecord | None]:
+    """The record of a frame, or those of a chunk one by one; raises UNREADABLE."""
+    record = frame.record()
+    if not isinstance(record, records.Chunk):
+        yield record
+        return
+    content = _unpack_chunk(record, allowance)
+    position = 0
+    while position < len(content):
+        head = content[position : position + RECORD.size].ljust(RECORD.size, b"\0")
+        code, length = RECORD.unpack(head)
+        start = position + RECORD.size
+        # Zeros are no record.
+        if code < opcode.Opcode.HEADER or start + length > len(content):
+            raise exceptions.McapError(f"no whole record at byte {position} of a chunk")
+        position = start + length
+        if not allowance.covers(0):
+            raise exceptions.McapError("a chunk of more records than its file warrants")
+        yield Frame(code, start, position, b"", content[start:position]).record()
 
 
 def files_of_bag(bag: Path, *endings: str) -> list[Path]:
@@ -215,7 +283,7 @@ def files_of_bag(bag: Path, *endings: str) -> list[Path]:
     )
 
 
-def _open_unpacked(path: Path) -> BinaryIO:
+def _open_unpacked(path: Path, allowance: _Allowance) -> BinaryIO:
     """A bag's file, seekable; one that was compressed as a whole is unpacked."""
     if path.suffix != _PACKED:
         return open_file(path)
@@ -228,7 +296,10 @@ def _open_unpacked(path: Path) -> BinaryIO:
                 file, read_across_frames=True
             ) as reader,
         ):
-            shutil.copyfileobj(cast(Any, reader), unpacked)
+            while block := reader.read(_BLOCK):
+                unpacked.write(block[: allowance.bytes - unpacked.tell()])
+                if unpacked.tell() >= allowance.bytes:
+                    break
     except zstandard.ZstdError:
         # What came out before is as good as a file that was cut.
         if not unpacked.tell():
@@ -241,9 +312,25 @@ def _open_unpacked(path: Path) -> BinaryIO:
     return unpacked
 
 
-def _unpack_chunk(chunk: records.Chunk) -> list[records.McapRecord]:
-    """The records of a chunk; McapError where it cannot be unpacked."""
+def _unpack_chunk(chunk: records.Chunk, allowance: _Allowance) -> bytes:
+    """The content of a chunk; McapError where it cannot be unpacked."""
+    size = chunk.uncompressed_size
+    if size > min(MOST_RECORD, allowance.bytes):
+        raise exceptions.McapError(f"a chunk that unpacks to {size} bytes")
+    allowance.bytes -= size
+    # One byte more shows that there is more than the chunk says.
     try:
-        return stream_reader.breakup_chunk(chunk, validate_crc=True)
+        if chunk.compression == "zstd":
+            reader = zstandard.ZstdDecompressor().stream_reader(chunk.data)
+            content = reader.read(size + 1)
+        elif chunk.compression == "lz4":
+            content = LZ4FrameDecompressor().decompress(chunk.data, size + 1)
+        else:
+            content = chunk.data
     except Exception as error:  # each compression has errors of its own
         raise exceptions.McapError(f"unreadable chunk: {error}") from error
+    if len(content) != size:
+        raise exceptions.McapError("unreadable chunk: its size is another")
+    if chunk.uncompressed_crc not in (0, zlib.crc32(content)):
+        raise exceptions.McapError("unreadable chunk: its checksum is another")
+    return content

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 from ...base.errors import BagError
 from ...base.files import folders_below, open_file
-from ...base.text import several
+from ...base.text import listed, several
 from ...core.records import Part, statistics
 from ...core.records.scene import Numbering, numbering_of
 from ...node.recording import decoding
@@ -27,12 +27,27 @@ SQLITE = ".db3"
 PACKED_SQLITE = ".db3.zstd"
 ENDINGS = (".mcap", ".mcap.zstd", SQLITE, PACKED_SQLITE)
 
-TOPICS = "SELECT id, name, type FROM topics WHERE serialization_format = 'cdr'"
-DEFINITIONS = "SELECT topic_type, encoded_message_definition FROM message_definitions"
-MESSAGES = (
-    "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({}) "
-    "ORDER BY timestamp, id"
+# A view, a virtual table and a generated column compute what they like.
+COMPUTED = """
+SELECT name FROM pragma_table_list AS list
+WHERE name COLLATE NOCASE IN ('topics', 'message_definitions', 'messages') AND (
+    type != 'table' OR EXISTS (SELECT 1 FROM pragma_table_xinfo(list.name) WHERE hidden)
 )
+"""
+# SQLite keeps any kind of value in any column.
+TOPICS = """
+SELECT id, name, type FROM topics
+WHERE serialization_format = 'cdr' AND typeof(name) = 'text' AND typeof(type) = 'text'
+"""
+DEFINITIONS = """
+SELECT topic_type, encoded_message_definition FROM message_definitions
+WHERE typeof(encoded_message_definition) = 'text'
+"""
+MESSAGES = """
+SELECT topic_id, timestamp, data FROM messages
+WHERE topic_id IN ({}) AND typeof(timestamp) = 'integer' AND typeof(data) = 'blob'
+ORDER BY timestamp, id
+"""
 
 _STATE = re.compile(r"\.(sqlite3|meshes)\b")
 """In names of the node's state, which lies beside bags: `bag DIR/*` names it too."""
@@ -187,6 +202,10 @@ class FileMessages:
         base = sqlite3.connect(f"{self._file.resolve().as_uri()}?mode=ro", uri=True)
         read = 0
         try:
+            computed = [name for (name,) in base.execute(COMPUTED)]
+            if computed:
+                self._set("unreadable", f"has no plain table {listed(computed)}")
+                return
             topics = {
                 number: (name, kind)
                 for number, name, kind in base.execute(TOPICS)
@@ -339,7 +358,7 @@ class _BagReader:
                 self._add(message, bag)
         if bag == file and messages.state == "unreadable":
             raise BagError(
-                "an MCAP file or a bag directory",
+                "a bag's file or a bag directory",
                 f"{file}, which {messages.note}",
                 "check the path",
             )
