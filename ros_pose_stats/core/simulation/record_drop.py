@@ -165,15 +165,14 @@ def _read_events(
     body: drop_body.PreparedBody, tape: Array, unit: float
 ) -> tuple[DropEvent, ...]:
     speed = body.radius / unit
+    states = tape[:, STATE_ON_TAPE]
+    ups = turn_vectors(states[:, layout.P : layout.P + 3], body.axes.T)
+    spins = states[:, layout.W : layout.W + 3] / unit
+    spins = turn_vectors(spins, body.spin_axes.T)
     events = []
-    for row in tape:
-        state = row[STATE_ON_TAPE]
+    for row, state, up, spin in zip(tape, states, ups, spins, strict=True):
         contacts = row[layout.TAPE_CONTACT : layout.TAPE_CONTACT + 2].astype(int)
         vertex = int(row[layout.TAPE_VERTEX])
-        up = state[layout.P : layout.P + 3]
-        spin = state[layout.W : layout.W + 3] / unit
-        up = turn_vectors(up[None], body.axes.T)[0]
-        spin = turn_vectors(spin[None], body.spin_axes.T)[0]
         events.append(
             DropEvent(
                 time=float(row[layout.TAPE_TIME]) * unit,
@@ -195,6 +194,7 @@ def _sample_motion(
 ) -> tuple[Array, Array, Array]:
     """Times, states and orientations at the events and between them."""
     turn = resting_quaternions(down[None, :])[0]
+    spin_axes = body.spin_axes
     times = [tape[:1, layout.TAPE_TIME]]
     states = [tape[:1, STATE_ON_TAPE]]
     turns = [turn[None, :]]
@@ -209,7 +209,7 @@ def _sample_motion(
             mode = int(row[layout.TAPE_MODE])
             evolve.sample_motion(
                 body.arrays.moment,
-                body.spin_axes,
+                spin_axes,
                 mode if mode <= layout.EDGE else layout.FLIGHT,
                 _contact_of_row(body, row),
                 row[STATE_ON_TAPE].copy(),
