@@ -68,7 +68,9 @@ def requested_unit(unit: str | float | None) -> float | None:
 
 def guess_unit(extent: float) -> float:
     """Metres a unit of a mesh whose file names none, by its extent in that unit."""
-    return 1.0 if extent <= _LONGEST_IN_METRES else 1e-3
+    # Binary STL and `float` of PLY round 0.6 up.
+    is_in_metres = extent <= _LONGEST_IN_METRES * (1.0 + _SAME)
+    return 1.0 if is_in_metres else 1e-3
 
 
 def extent_of(vertices: Array, triangles: Corners) -> float:

@@ -125,6 +125,12 @@ def test_a_file_without_a_unit_is_in_metres_up_to_a_length_else_in_millimetres(
     )
 
 
+@pytest.mark.parametrize("suffix", ["stl", "ply", "obj"])
+def test_a_length_on_the_border_is_in_metres_however_it_is_rounded(tmp_path, suffix):
+    """In float32, 0.6 is a little more than 0.6."""
+    assert load_part(block_of(0.6, tmp_path, suffix)).unit == 1.0
+
+
 def test_an_unlikely_size_is_doubted_beside_the_guess(tmp_path):
     codes = [line.split(":")[0] for line in load_part(block_of(2e4, tmp_path)).warnings]
     assert codes == ["UNIT_GUESSED", "UNIT_SUSPECT"]
