@@ -120,7 +120,7 @@ def parse_mesh(
     suffix = path.suffix.lower()
     declared = None
     if suffix == ".stl" and b"\0" in content:
-        vertices, triangles = _read_binary_stl(path, content)
+        vertices, triangles = _read_binary_stl(path, content, most_bytes)
     else:
         declared, objects = read_in_process(path, content, most_bytes)
         vertices, triangles = _join_meshes(objects)
@@ -145,7 +145,7 @@ def parse_mesh(
     return FileMesh(vertices, triangles, units.guess_unit(extent), is_guessed)
 
 
-def _read_binary_stl(path: Path, data: bytes) -> tuple[Array, Index]:
+def _read_binary_stl(path: Path, data: bytes, most_bytes: int) -> tuple[Array, Index]:
     """The table of triangles, without what may lie behind it."""
     count = int.from_bytes(data[80:84], "little")
     length = 84 + 50 * count
@@ -154,6 +154,12 @@ def _read_binary_stl(path: Path, data: bytes) -> tuple[Array, Index]:
             "a readable STL file of the length that its header announces",
             f"{path} of {len(data)} bytes where {count} triangles take {length}",
             "the file is cut off or damaged: export it again",
+        )
+    if 96 * count > most_bytes:  # nine coordinates and three corners of 8 bytes
+        raise MeshFileError(
+            f"a mesh of at most {most_bytes / 1e6:.4g} MB in memory",
+            f"{path} of {count} triangles, which take {96e-6 * count:.4g} MB",
+            "decimate it, or export single parts",
         )
     corners = np.frombuffer(data, _STL_TRIANGLE, count, offset=84)["corners"]
     vertices: Array = corners.reshape(-1, 3).astype(np.float64)
@@ -167,11 +173,14 @@ def _join_meshes(objects: Iterable[PlacedMesh]) -> tuple[Array, Index]:
     offset = 0
     for points, corners, transform in objects:
         if not np.array_equal(transform, np.eye(4)):
-            points = (
-                vectors.turn_vectors(points, transform[:3, :3].T) + transform[:3, 3]
-            )
             a, b, c = transform[:3, :3]
-            if float((np.cross(a, b) * c).sum()) < 0.0:  # a reflection
+            # What leaves the range of float64 is refused with the mesh.
+            with np.errstate(over="ignore", invalid="ignore"):
+                points = (
+                    vectors.turn_vectors(points, transform[:3, :3].T) + transform[:3, 3]
+                )
+                is_mirrored = float((np.cross(a, b) * c).sum()) < 0.0
+            if is_mirrored:
                 corners = corners[:, ::-1]
         vertices.append(points)
         triangles.append(corners + offset)

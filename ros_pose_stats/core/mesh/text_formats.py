@@ -282,7 +282,8 @@ class _BinaryTable:
         _, kind, count_kind = properties[0]
         size = struct.calcsize(f"{self._order}{count_kind}3{kind}")
         counts = self._body[self._offset : self._offset + size * count : size]
-        if len(properties) == 1 and count_kind in "bB" and counts == b"\3" * count:
+        is_triangles = len(counts) == count and counts.count(3) == count
+        if len(properties) == 1 and count_kind in "bB" and is_triangles:
             for _, *corners in self._equal_rows(f"{count_kind}3{kind}", count):
                 yield (corners,)
             return

@@ -313,6 +313,34 @@ def test_a_file_without_bound_is_refused_unread(tmp_path):
     assert "at most 536.9 MB" in refused(path)
 
 
+def test_a_binary_stl_of_more_than_the_arrays_may_take_is_refused(tmp_path):
+    """Its arrays take nearly twice what the file does."""
+    count = 6_000_000
+    path = tmp_path / "a.stl"
+    path.write_bytes(bytes(80) + struct.pack("<I", count))
+    os.truncate(path, 84 + 50 * count)
+    assert "at most 536.9 MB in memory" in refused(path)
+
+
+def test_a_table_of_far_more_rows_than_there_are_is_no_matter_of_memory(tmp_path):
+    path = tmp_path / "a.ply"
+    path.write_bytes(
+        b"ply\nformat binary_little_endian 1.0\nelement other 99999999999\n"
+        b"property list uchar int values\nend_header\n" + bytes(500)
+    )
+    assert "fewer or other values than its header announces" in refused(path)
+
+
+def test_a_transform_out_of_range_is_refused_in_one_line(tmp_path):
+    """Without the warnings of what multiplies it."""
+    path = archive_of(
+        tmp_path,
+        f'<object id="1">{TETRAHEDRON}</object>',
+        '<item objectid="1" transform="1e308 0 0 0 1e308 0 0 0 1e308 1e308 0 0"/>',
+    )
+    assert "finite vertices" in refused(path)
+
+
 @pytest.mark.parametrize("suffix", ["obj", "ply", "off", "stl", "3mf"])
 def test_no_refusal_quotes_a_file(tmp_path, suffix):
     """Whoever may name a file need not be allowed to read it."""
