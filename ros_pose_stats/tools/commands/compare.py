@@ -14,6 +14,7 @@ from ...base.text import (
     interval,
     percent,
     points,
+    printable,
     ranges,
     remarks,
     several,
@@ -166,7 +167,7 @@ def load_variants(options: argparse.Namespace) -> "list[Part]":
             options.unit,
             center,
             # Parts of equal names go by their whole paths.
-            part_id=path.stem if stems[path.stem] == 1 else str(path),
+            part_id=printable(path.stem if stems[path.stem] == 1 else str(path)),
             unless_declared=True,
             body=options.body,
         )

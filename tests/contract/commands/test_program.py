@@ -193,7 +193,8 @@ def test_a_part_of_any_name_is_printed_and_drawn(box, tmp_path, name):
         page,
     ).splitlines()
     assert head.isprintable() and page.stat().st_size > 0
-    answer("compare", part, *box, "--drops", 200, "-o", tmp_path / "a.html")
+    lines = answer("compare", part, *box, "--drops", 200, "-o", tmp_path / "a.html")
+    assert all(line.isprintable() for line in lines.splitlines())
 
 
 def test_a_terminal_that_knows_few_letters_is_no_failure(box, tmp_path):
