@@ -105,7 +105,9 @@ def pytest_runtest_protocol(item):
 
 
 def pytest_unconfigure(config):
-    exit_after(END_SECONDS, config)
+    # A worker without further tests waits for those of others as long as they take.
+    if not hasattr(config, "workerinput"):
+        exit_after(END_SECONDS, config)
 
 
 def exit_after(seconds, config):
