@@ -49,3 +49,4 @@ def older_machines():
 
 
 MACHINES = older_machines()
+OLDEST = list(MACHINES)[-1:]

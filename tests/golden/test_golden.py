@@ -15,7 +15,7 @@ import pytest
 
 from tests.golden import answers
 from tests.golden.comparing import differences
-from tests.golden.machines import COMPILED_OTHERWISE, MACHINES
+from tests.golden.machines import COMPILED_OTHERWISE, MACHINES, OLDEST
 from tests.golden.running import KEPT, answers_of, write_parts
 
 ALL = json.loads(KEPT.read_text(encoding="utf-8"))
@@ -61,9 +61,6 @@ FEW = {
     name: ALL[name]
     for name in ("cube.stl: few", "polyhedron_0.stl: few", "clamp.stl: few")
 }
-
-
-OLDEST = list(MACHINES)[-1:]
 
 
 @pytest.fixture(scope="module")
