@@ -221,7 +221,8 @@ def check_inside(center: Array, vertices: Array, hull: Hull) -> None:
     )
     raise MassPropertiesError(
         "a centre of mass inside the part's convex hull",
-        "({:.6g}, {:.6g}, {:.6g}) mm, ".format(*1e3 * center) + position,
+        "({:.6g}, {:.6g}, {:.6g}) mm, ".format(*(1e3 * x for x in center.tolist()))
+        + position,
         "check its unit, and that it is in the mesh's own frame",
     )
 

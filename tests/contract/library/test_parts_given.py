@@ -221,6 +221,7 @@ def test_flat_and_needle_like_point_sets_are_refused(turn, extents):
         ({"center_of_mass": [0.7, 0, 0]}, "(700, 0, 0) mm, 200 mm outside"),
         ({"center_of_mass": [0.5, 0, 0]}, "on its surface"),
         ({"center_of_mass": [1e300, 0, 0]}, "outside"),
+        ({"center_of_mass": [1.5e308, 0, 0]}, "outside"),
         ({"center_of_mass": [0.1, 0.1]}, "three finite numbers"),
         ({"center_of_mass": with_mask(np.zeros(3))}, "three finite numbers"),
         ({"center_of_mass": np.zeros(3, complex)}, "three finite numbers in metres"),
