@@ -42,16 +42,21 @@ def make_folder(folder: Path) -> None:
 
 
 def _open_trusted(name: str | Path, flags: int, folder: int | None = None) -> int:
-    """Open what is root's or one's own; raises OSError."""
+    """Open what is root's or one's own and nobody else can write; raises OSError.
+
+    A folder of one's own is closed to others: of what they put there nothing is theirs
+    to be trusted. A file that they could write may already be changed.
+    """
     flags |= os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK
+    is_folder = bool(flags & os.O_DIRECTORY)
     number = os.open(name, flags, dir_fd=folder)
     try:
         status = os.fstat(number)
         mode = status.st_mode
-        if status.st_uid == os.getuid() and mode & OTHERS:
+        if is_folder and status.st_uid == os.getuid() and mode & OTHERS:
             os.fchmod(number, stat.S_IMODE(mode) & ~OTHERS)
             mode &= ~OTHERS
-        is_kind = stat.S_ISDIR(mode) if flags & os.O_DIRECTORY else stat.S_ISREG(mode)
+        is_kind = stat.S_ISDIR(mode) if is_folder else stat.S_ISREG(mode)
         if status.st_uid not in (0, os.getuid()) or mode & OTHERS or not is_kind:
             raise PermissionError(
                 errno.EPERM, "others may have written it", os.fspath(name)
