@@ -38,8 +38,8 @@ WORDS = {
     ),
     "OPEN_MESH": (
         "The mesh has holes",
-        "The poses are right, but the centre of mass may be off: give it, or close "
-        "the mesh.",
+        "The centre of mass may be off, and so are poses on what is lost: close the "
+        "mesh, or give the centre of mass.",
     ),
     "BODIES_OVERLAP": (
         "Bodies reach into each other",
