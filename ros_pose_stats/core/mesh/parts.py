@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from ...base import errors, text
-from ..records import Part
-from ..records.part import Corners, Index, Mask, digest_name
+from ..records import Corners, Index, Mask, Part
+from ..records.part import digest_name
 from . import arrays, files, mass_properties, units, winding
 from .bodies import separation
 from .hull import hull_of_part, keep_hull

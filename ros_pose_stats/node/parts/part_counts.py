@@ -280,10 +280,10 @@ class PartCounts:
         for pose in message.poses:
             downs[pose.index] = pose.down.x, pose.down.y, pose.down.z
         resting = resting_poses(part, *tally.ground.numbering)
-        cosine = downs @ resting.body.arrays.normal.T
-        is_face = cosine.max(axis=1) > 1.0 - SAME_DOWN
         if len(resting.poses) != poses:
             return unknown
+        cosine = downs @ resting.body.arrays.normal.T
+        is_face = cosine.max(axis=1) > 1.0 - SAME_DOWN
         return np.where(is_face, resting.pose_of_face[cosine.argmax(axis=1)], -1)
 
     def flips_at(self, message: PoseStatistics, speed: str) -> Index:

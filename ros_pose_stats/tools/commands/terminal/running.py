@@ -219,7 +219,7 @@ def picture_file(name: str | None) -> Path | None:
 
 def describe_size(file: Path) -> str:
     """A file that was written, and its size."""
-    return f"{file}: {file.stat().st_size / 1e6:.2f} MB"
+    return f"{text.printable(str(file))}: {file.stat().st_size / 1e6:.2f} MB"
 
 
 def print_json(values: Any, *, interrupted: bool = False) -> None:
