@@ -22,7 +22,8 @@ from .parts.registry import PartRegistry
 from .recorder import Recorder, convert_to_installed, definitions
 from .refusals import COUNTS, Refusals, publish_diagnostics
 from .services import cell, goals, services
-from .settings import Parameters, Settings
+from .settings import Settings
+from .settings.parameters import Parameters
 from .state import OF_PARTS, Change, State
 from .stop_signals import StopSignals, finish_within, kill_after
 

@@ -34,7 +34,7 @@ FLOORS = {
     "core.kernels": ({"mesh", "drops"}, {"body"}, {"levels"}, {"features"}),
     "node": (
         {"messages", "recording"},
-        {"state"},
+        {"settings", "state"},
         {"parts"},
         {"jobs"},
         {"services"},
