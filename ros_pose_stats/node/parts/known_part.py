@@ -9,8 +9,6 @@ from concurrent.futures import CancelledError
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from rclpy import duration, event_handler, qos
-from rclpy.publisher import Publisher
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 from std_msgs.msg import Header
@@ -29,17 +27,9 @@ from ..recorder import PART_MESH, POSE_STATISTICS
 from ..refusals import MOST_SWAPS
 from ..settings import Settings
 from ..state import Change
+from .channel import Channel
 from .part_counts import PartCounts
 
-LATCHED = qos.QoSProfile(
-    depth=1,
-    reliability=qos.ReliabilityPolicy.RELIABLE,
-    durability=qos.DurabilityPolicy.TRANSIENT_LOCAL,
-)
-NO_EVENTS = event_handler.PublisherEventCallbacks(use_default_callbacks=False)
-"""The executor fails on event handlers that are destroyed while it waits for them."""
-
-PARTING_SECONDS = 1.0  # for a subscriber to take a part's last message
 SECONDS_BETWEEN = 1.0  # a part that is being refined is published at most this often
 REMEMBERED_POSES = 20_000  # of results, for parts and scenes that come again; 2 kB each
 INTRODUCED = 4096  # meshes that are known to be in the bag
@@ -83,66 +73,6 @@ class LatchedResult:
     is_recorded: bool = False  # whether it is in the bag
 
 
-class Channel:
-    """Of one name, whichever meshes come under it: its lock, revisions and publisher.
-
-    The lock is held while a result of the name is latched or withdrawn, while counts
-    are added, and while a mesh comes or goes. Nobody holds the locks of two channels.
-    Who has one may wait for a mesh to be built, and for the locks of state, bag and
-    registry; nobody who has one of these waits for a channel.
-    """
-
-    def __init__(self, equipment: Equipment) -> None:
-        self._node = equipment.node
-        self.lock = threading.RLock()
-        self.newest_revision = 0  # given to a result
-        self.latched_revision = 0
-        # when a result went on record last, by the monotonic clock; what a start
-        # latches again does not
-        self.recorded_at = -math.inf
-        self.part: KnownPart | None = None  # whose result is latched
-        self._publisher: Publisher | None = None
-        self._farewell_at = -math.inf
-
-    def next_revision(self) -> int:
-        """The number of a new result."""
-        with self.lock:
-            self.newest_revision += 1
-            return self.newest_revision
-
-    def publish(self, data: bytes, part: "KnownPart | None") -> None:
-        """Publish a serialised result, latched for a part, or a farewell for none."""
-        with self.lock:
-            if self._publisher is None:
-                self._publisher = self._node.create_publisher(
-                    PoseStatistics,
-                    "~/pose_statistics",
-                    LATCHED,
-                    event_callbacks=NO_EVENTS,
-                )
-            self.part = part
-            if part is None:
-                self._farewell_at = time.monotonic()
-            self._publisher.publish(data)
-
-    def close(self) -> bool:
-        """Let the publisher go once its farewell has arrived; true if that is settled.
-
-        To wait for it here would lock Python.
-        """
-        with self.lock:
-            if self.part is not None or self._publisher is None:
-                return True
-            if (
-                time.monotonic() - self._farewell_at <= PARTING_SECONDS
-                and not self._publisher.wait_for_all_acked(duration.Duration(seconds=0))
-            ):
-                return False
-            self._node.destroy_publisher(self._publisher)
-            self._publisher = None
-            return True
-
-
 @dataclass(eq=False)
 class Commons:
     """What all parts share."""
@@ -165,7 +95,7 @@ class KnownPart:
     """A mesh under a name, with a scene of its own, and all that the node has of it."""
 
     commons: Commons
-    channel: Channel
+    channel: "Channel[KnownPart]"
     part_id: str
     digest: str
     content: bytes  # digest of the mesh as it was sent

@@ -20,7 +20,8 @@ from ..messages import part_messages, part_requests, times
 from ..recorder import JOB_EVENTS
 from ..refusals import Health
 from ..state import OF_PARTS, Change
-from .known_part import LATCHED, Channel, Commons, KnownPart, PartSource
+from .channel import LATCHED, Channel
+from .known_part import Commons, KnownPart, PartSource
 from .markers import markers_of
 from .part_builder import PartBuilder
 
@@ -54,9 +55,12 @@ class PartRegistry:
             Mesh, tuple[type[PoseStatsError], tuple[str, str, str]]
         ] = Memory(REFUSED)
         # One of a name, as long as anybody has it.
-        self._channels: WeakValueDictionary[str, Channel] = WeakValueDictionary()
-        self._forgotten_channels: Memory[str, Channel] = Memory(NUMBERED)
-        self._closing_channels: list[Channel] = []  # until their farewell has arrived
+        self._channels: WeakValueDictionary[str, Channel[KnownPart]] = (
+            WeakValueDictionary()
+        )
+        self._forgotten_channels: Memory[str, Channel[KnownPart]] = Memory(NUMBERED)
+        # until their farewell has arrived
+        self._closing_channels: list[Channel[KnownPart]] = []
         self._drawn_revisions: dict[str, int] = {}  # revisions in the markers, by part
         self._markers = equipment.node.create_publisher(
             MarkerArray, "~/markers", LATCHED

@@ -28,9 +28,9 @@ from ros_pose_stats.node.jobs import JobListener, JobRequest, Jobs, State, job_r
 from ros_pose_stats.node.jobs.refinement import Refinement
 from ros_pose_stats.node.lanes import Lane, Lanes, Rank, finished_future, refusal_at_end
 from ros_pose_stats.node.messages.part_requests import PartRequest
+from ros_pose_stats.node.parts.channel import Channel
 from ros_pose_stats.node.parts.intake import LARGE_BYTES, Intake
 from ros_pose_stats.node.parts.known_part import (
-    Channel,
     Commons,
     KnownPart,
     LatchedResult,
