@@ -160,7 +160,7 @@ class JobReports(JobListener):
         answer = None
         data = b""
         if job.snapshot is not None and part is not None:
-            answer = part.number_result(job.snapshot, job.settings, job.job_id)
+            answer = part.results.number(job.snapshot, job.settings, job.job_id)
             if not job.is_recorded:
                 answer = statistics_messages.with_warning(
                     answer, NOT_RECORDED.format("its acceptance could not be")
@@ -225,7 +225,7 @@ class JobReports(JobListener):
         part = self._part_of(job) or job.find_part()
         if part is None:  # has ended this moment
             return PoseStatistics()
-        message = part.number_result(snapshot, job.settings, job.job_id, False)
+        message = part.results.number(snapshot, job.settings, job.job_id, False)
         self._interims = {job.job_id: (snapshot, message)}
         return message
 

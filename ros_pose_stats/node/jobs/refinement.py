@@ -16,7 +16,8 @@ from ...core.resting.poses import poses_in
 from ..equipment import Equipment
 from ..lanes import Lane, Rank, finished_future
 from ..messages import statistics_messages
-from ..parts.known_part import BEST, CHECKED, TRIED, KnownPart
+from ..parts.known_part import KnownPart
+from ..parts.part_results import BEST, CHECKED, TRIED
 from ..parts.registry import PartRegistry
 from . import JobRequest, Jobs
 
@@ -53,7 +54,7 @@ class Refinement:
     def check(self, part: KnownPart, scene: DropScene) -> Future[PoseStatistics]:
         """A built part's checked estimate; new parts come before scenes of old ones."""
         with self._lock:
-            message = part.remembered(CHECKED, scene)
+            message = part.results.get(CHECKED, scene)
             if message is not None:
                 return finished_future(message)
             key = part.part_id, part.digest, scene
@@ -137,7 +138,7 @@ class Refinement:
         self, part: KnownPart, checked: PoseStatistics, scene: DropScene
     ) -> tuple[PoseStatistics, str]:
         """What answers where no target was asked for, and why."""
-        best = part.remembered(BEST, scene)
+        best = part.results.get(BEST, scene)
         if (
             best is not None
             and best.drops > checked.drops
@@ -184,7 +185,7 @@ class Refinement:
         """The best answer at once, and why; more drops follow if it misses the target."""
         settings = self._settings()
         most_drops = min(settings.drops, settings.max_drops)
-        best = part.remembered(BEST, scene)
+        best = part.results.get(BEST, scene)
         dropped = best if best is not None and best.drops else None
         if dropped is not None and statistics_messages.refutes(dropped):
             checked = dropped
@@ -194,7 +195,7 @@ class Refinement:
                 return result, confidence.explain_kept_target(
                     _means(result), bound, target_error
                 )
-        for result in filter(None, (dropped, part.remembered(TRIED, scene))):
+        for result in filter(None, (dropped, part.results.get(TRIED, scene))):
             if result.drops >= most_drops:
                 reason = self._explain_miss(part, result, target_error, scene)
                 return _missed(

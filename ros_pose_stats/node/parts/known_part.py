@@ -11,10 +11,8 @@ from pathlib import Path
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
-from std_msgs.msg import Header
 
 from ...base import methods, text
-from ...core import records
 from ...core.estimators.estimate import estimate_in
 from ...core.planning import auto
 from ...core.records import Array, DropScene, Index, Part
@@ -25,20 +23,19 @@ from ..memory import Memory
 from ..messages import part_requests, statistics_messages
 from ..recorder import PART_MESH, POSE_STATISTICS
 from ..refusals import MOST_SWAPS
-from ..settings import Settings
 from ..state import Change
 from .channel import Channel
 from .part_counts import PartCounts
+from .part_results import (
+    BEST,
+    CHECKED,
+    PartResults,
+    ResultMemory,
+    memory_of_results,
+)
 
 SECONDS_BETWEEN = 1.0  # a part that is being refined is published at most this often
-REMEMBERED_POSES = 20_000  # of results, for parts and scenes that come again; 2 kB each
 INTRODUCED = 4096  # meshes that are known to be in the bag
-
-BEST = "best"  # of all that came for a scene; latched at once where it is the part's
-CHECKED = "checked"  # the default estimate with some drops beside it, the usual answer
-TRIED = "tried"  # the end of the last job
-
-ResultKey = tuple[str, str, str, DropScene, str, float, str]
 
 
 class PartSource:
@@ -79,11 +76,7 @@ class Commons:
 
     equipment: Equipment
     parts: "Callable[[], list[KnownPart]]"  # that the node knows
-    results: Memory[ResultKey, PoseStatistics] = field(
-        default_factory=lambda: Memory(
-            REMEMBERED_POSES, lambda message: len(message.poses)
-        )
-    )
+    results: ResultMemory = field(default_factory=memory_of_results)
     # meshes that a bag has, by their names and digests
     introduced: Memory[tuple[Path, str, str], bool] = field(
         default_factory=lambda: Memory(INTRODUCED)
@@ -114,6 +107,13 @@ class KnownPart:
         self._settings = self.commons.equipment.settings
         self.counts = PartCounts(
             self._equipment, self.part_id, self.digest, self.source.get
+        )
+        self.results = PartResults(
+            self.commons.results,
+            self._settings,
+            self.channel.next_revision,
+            self.part_id,
+            self.digest,
         )
 
     @property
@@ -162,12 +162,12 @@ class KnownPart:
         name = part_requests.estimator_name(
             method or settings.default_method, scene.restitution
         )
-        message = self.remembered(name, scene)
+        message = self.results.get(name, scene)
         if message is None:
-            message = self.number_result(
+            message = self.results.number(
                 estimate_in(self.geometry, scene, name), settings
             )
-            self._remember(name, scene, message)
+            self.results.put(name, scene, message)
         return message
 
     def check(self, scene: DropScene) -> PoseStatistics:
@@ -176,7 +176,7 @@ class KnownPart:
         Raises PoseStatsError, and CancelledError where the node ends.
         """
         settings = self._settings()
-        message = self.remembered(CHECKED, scene)
+        message = self.results.get(CHECKED, scene)
         if message is None:
             part = self.geometry
             lanes = self._equipment.lanes
@@ -189,8 +189,8 @@ class KnownPart:
             )
             if lanes.is_closed:
                 raise CancelledError
-            message = self.number_result(statistics, settings)
-            self._remember(CHECKED, scene, message)
+            message = self.results.number(statistics, settings)
+            self.results.put(CHECKED, scene, message)
         if settings.default_method == methods.AUTO:
             self.offer_result(scene, message)
         return message
@@ -202,7 +202,7 @@ class KnownPart:
         model = self.model_in(scene)
         return (
             settings.default_method == methods.AUTO
-            and self.remembered(CHECKED, scene) is None
+            and self.results.get(CHECKED, scene) is None
             and not (model is not None and model.drops)
         )
 
@@ -214,31 +214,12 @@ class KnownPart:
             if name == methods.AUTO
             else part_requests.estimator_name(name, scene.restitution)
         )
-        return self.remembered(role, scene) is not None
+        return self.results.get(role, scene) is not None
 
     def model_in(self, scene: DropScene) -> PoseStatistics | None:
         """The model behind what is latched, where that is for this scene."""
         latched = self.latched
         return latched.model if latched is not None and latched.scene == scene else None
-
-    def number_result(
-        self,
-        statistics: records.PoseStatistics,
-        settings: Settings,
-        job_id: str = "",
-        final: bool = True,
-    ) -> PoseStatistics:
-        """Make the message of a new result, with the error of the settings' plate."""
-        if statistics.method != methods.OBSERVED:
-            statistics = replace(statistics, plate_error=settings.plate_error)
-        return statistics_messages.statistics_message(
-            statistics,
-            settings.plate_frame,
-            plate=settings.plate,
-            revision=self.channel.next_revision(),
-            job_id=job_id,
-            final=final,
-        )
 
     def offer_result(self, scene: DropScene, message: PoseStatistics) -> None:
         """Remember the best result of a scene, and latch it if that is the part's own.
@@ -246,11 +227,7 @@ class KnownPart:
         One that is not final is only latched.
         """
         if message.final:
-            if message.job_id:
-                self._remember(TRIED, scene, message)
-            best = self.remembered(BEST, scene)
-            if best is None or statistics_messages.replaces(message, best):
-                self._remember(BEST, scene, message)
+            self.results.put_final(scene, message)
         with self.lock:
             if self._is_better(message, scene) and (
                 message.final or self.is_due(scene)
@@ -284,19 +261,19 @@ class KnownPart:
         """Latch the best that is known for the present scene, at least an estimate."""
         settings = self._settings()
         scene = settings.scene(self.scene_override)
-        best = self.remembered(BEST, scene)
+        best = self.results.get(BEST, scene)
         if best is not None:
             self.offer_result(scene, best)
         with self.lock:  # so that nothing comes in between
             model = self.model_in(scene)
             if model is not None:
-                model = self._relabelled(settings, model)
+                model = self.results.relabel(settings, model)
                 if model.drops and not model.job_id:
-                    self._remember(CHECKED, scene, model)
+                    self.results.put(CHECKED, scene, model)
                 self.offer_result(scene, model)
         message = None
         if settings.default_method == methods.AUTO:
-            message = self.remembered(CHECKED, scene)
+            message = self.results.get(CHECKED, scene)
         self.offer_result(scene, message or self.estimate("", scene))
 
     def _latch(self, model: PoseStatistics, scene: DropScene) -> None:
@@ -306,7 +283,7 @@ class KnownPart:
         combined = self.counts.combine(model, self._evidence_of_others)
         message = model
         if combined is not None:
-            message = self.number_result(combined, self._settings(), final=model.final)
+            message = self.results.number(combined, self._settings(), final=model.final)
         is_repeated = message.revision <= channel.latched_revision
         if is_repeated:
             message = copy.copy(message)
@@ -378,7 +355,7 @@ class KnownPart:
             return
         with self.lock:
             message.final = True  # nothing is going to refine it any more
-            model = self._relabelled(settings, model)
+            model = self.results.relabel(settings, model)
             if not model_data:
                 message = model
             self.latched = LatchedResult(message, model, scene, time.monotonic())
@@ -392,47 +369,7 @@ class KnownPart:
                 self._latch(model, scene)
             else:
                 channel.publish(serialize_message(message), self)
-        self._remember(BEST, scene, model)
-        if not model.job_id:
-            self._remember(CHECKED if model.drops else model.method, scene, model)
-
-    def _relabelled(
-        self, settings: Settings, message: PoseStatistics
-    ) -> PoseStatistics:
-        """The same with the present frame and plate, which an observed one has."""
-        labels = (message.plate, message.header.frame_id, message.plate_error)
-        if message.method == methods.OBSERVED or labels == (
-            settings.plate,
-            settings.plate_frame,
-            settings.plate_error,
-        ):
-            return message
-        twin = copy.copy(message)
-        twin.header = Header(stamp=message.header.stamp, frame_id=settings.plate_frame)
-        twin.plate = settings.plate
-        twin.plate_error = settings.plate_error
-        twin.revision = self.channel.next_revision()
-        return twin
-
-    def remembered(self, role: str, scene: DropScene) -> PoseStatistics | None:
-        """What was `BEST`, `CHECKED` or `TRIED` in a scene, or came of a method."""
-        return self.commons.results.get(self._key(role, scene))
-
-    def _remember(self, role: str, scene: DropScene, message: PoseStatistics) -> None:
-        self.commons.results.put(self._key(role, scene), message)
-
-    def _key(self, role: str, scene: DropScene) -> ResultKey:
-        """The key of a role (`BEST`, `CHECKED`, `TRIED` or a method) in a scene."""
-        settings = self._settings()
-        return (
-            role,
-            self.part_id,
-            self.digest,
-            scene,
-            settings.plate,
-            settings.plate_error,
-            settings.plate_frame,
-        )
+        self.results.put_restored(scene, model)
 
     # What cameras counted of it.
 

@@ -409,7 +409,7 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     )
     part = known_part(PartSource(Mock()), equipment)
     part.latched = LatchedResult(result, result, DropScene())
-    part.number_result = lambda *_: result
+    part.results.number = lambda *_: result
     parts = Mock(current=lambda name: part)
     reports = job_reports.JobReports(equipment, parts)
     state.commit(
