@@ -139,6 +139,7 @@ class PoseStatsNode(AnsweringNode):
         parts = self.parts.all()
         for part in parts:
             part.restore()
+        self.parts.listing.start()
         if parts:
             log.info(f"{len(parts)} parts of an earlier run are known again")
         finish_within(MENDING_SECONDS, self.recorder.mend_bags)

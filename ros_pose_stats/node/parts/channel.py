@@ -3,6 +3,7 @@
 import math
 import threading
 import time
+from collections.abc import Callable
 from typing import Generic, TypeVar
 
 from rclpy import duration, event_handler, qos
@@ -33,8 +34,9 @@ class Channel(Generic[P]):
     registry; nobody who has one of these waits for a channel.
     """
 
-    def __init__(self, equipment: Equipment) -> None:
+    def __init__(self, equipment: Equipment, note_change: Callable[[], object]) -> None:
         self._node = equipment.node
+        self._note_change = note_change  # of what is latched
         self.lock = threading.RLock()
         self.newest_revision = 0  # given to a result
         self.latched_revision = 0
@@ -65,6 +67,7 @@ class Channel(Generic[P]):
             if part is None:
                 self._farewell_at = time.monotonic()
             self._publisher.publish(data)
+        self._note_change()
 
     def close(self) -> bool:
         """Let the publisher go once its farewell has arrived; true if that is settled.

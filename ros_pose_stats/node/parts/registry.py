@@ -7,7 +7,7 @@ from functools import partial
 from weakref import WeakValueDictionary
 
 from rclpy.serialization import serialize_message
-from ros_pose_stats_msgs.msg import JobEvent
+from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 from visualization_msgs.msg import MarkerArray
 
 from ...base.errors import MeshError, PoseStatsError, RequestError
@@ -20,10 +20,11 @@ from ..messages import part_messages, part_requests, times
 from ..recorder import JOB_EVENTS
 from ..refusals import Health
 from ..state import OF_PARTS, Change
-from .channel import LATCHED, Channel
+from .channel import LATCHED, NO_EVENTS, Channel
 from .known_part import Commons, KnownPart, PartSource
 from .markers import markers_of
 from .part_builder import PartBuilder
+from .part_list import PartListing
 
 NUMBERED = 1024  # forgotten parts whose revisions go on where they come again
 REFUSED = 1024  # meshes whose refusals are remembered
@@ -62,6 +63,11 @@ class PartRegistry:
         # until their farewell has arrived
         self._closing_channels: list[Channel[KnownPart]] = []
         self._drawn_revisions: dict[str, int] = {}  # revisions in the markers, by part
+        # So that its type is known before there is a part, which has its own publisher.
+        self._advertisement = equipment.node.create_publisher(
+            PoseStatistics, "~/pose_statistics", LATCHED, event_callbacks=NO_EVENTS
+        )
+        self.listing = PartListing(equipment, self._shown_parts)
         self._markers = equipment.node.create_publisher(
             MarkerArray, "~/markers", LATCHED
         )
@@ -98,7 +104,8 @@ class PartRegistry:
         with self._lock:
             channel = self._channels.get(part_id)
             if channel is None:
-                channel = self._channels[part_id] = Channel(self._equipment)
+                channel = Channel(self._equipment, self.listing.note_change)
+                self._channels[part_id] = channel
         return KnownPart(
             self._commons, channel, part_id, digest, content, scene_override, source
         )
@@ -330,25 +337,30 @@ class PartRegistry:
         values = {"kinds counted": kinds, "parts counted": total, **drifts}
         return Health(bool(drifts), line, values)
 
+    def _shown_parts(self) -> list[KnownPart]:
+        """Parts whose result is latched, by name."""
+        with self._lock:
+            parts = [channel.part for channel in self._channels.values()]
+        return sorted(
+            (part for part in parts if part is not None), key=lambda part: part.part_id
+        )
+
     def _look_after_topics(self) -> None:
-        """Let publishers go whose farewell has arrived, and draw what has changed."""
+        """Let publishers go whose farewell has arrived, list and draw what is new."""
+        self.listing.catch_up()
         with self._lock:
             leaving = list(self._closing_channels)
         for channel in leaving:
             if channel.close():
                 with self._lock:
                     self._closing_channels.remove(channel)
-        with self._lock:
-            parts = [channel.part for channel in self._channels.values()]
         rows = {}
-        for part in parts:
-            if part is not None and part.is_built and part.latched is not None:
+        for part in self._shown_parts():
+            if part.is_built and part.latched is not None:
                 rows[part.part_id] = part.latched.message, part.geometry
         revisions = {
             part_id: message.revision for part_id, (message, _) in rows.items()
         }
         if revisions != self._drawn_revisions:
             self._drawn_revisions = revisions
-            self._markers.publish(
-                markers_of([rows[part_id] for part_id in sorted(rows)])
-            )
+            self._markers.publish(markers_of(list(rows.values())))

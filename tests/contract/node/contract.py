@@ -20,6 +20,7 @@ SUBSCRIPTIONS = {
 }
 PUBLICATIONS = {
     "/pose_stats/pose_statistics": f"{PACKAGE}/msg/PoseStatistics",
+    "/pose_stats/parts": f"{PACKAGE}/msg/PartList",
     "/pose_stats/markers": "visualization_msgs/msg/MarkerArray",
     "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
 }
