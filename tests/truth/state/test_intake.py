@@ -64,7 +64,7 @@ def equipment_of(lanes=None, state=None, node=None, **settings):
 def known_part(source, equipment=None, part_id="clamp"):
     equipment = equipment or equipment_of()
     commons = Commons(equipment, list)
-    channel = Channel(equipment)
+    channel = Channel(equipment, list)
     return KnownPart(commons, channel, part_id, "", b"", NODE_SCENE, source)
 
 
