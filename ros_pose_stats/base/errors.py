@@ -50,6 +50,10 @@ class MeshFileError(PoseStatsError):
     """A mesh file that cannot be read."""
 
 
+class TimedOutError(PoseStatsError):
+    """Work that takes longer than it may."""
+
+
 class BagError(PoseStatsError):
     """A bag that cannot be read, or that holds nothing to analyse."""
 

@@ -16,7 +16,8 @@ from rclpy import callback_groups, exceptions, qos
 from rclpy.node import Node
 
 from ..base.errors import PoseStatsError
-from .lanes import describe_error, result_or_refusal
+from .lanes import result_or_refusal
+from .messages.codes import describe_error, refuse
 
 SERVICE_QUALITY = qos.QoSProfile(
     history=qos.HistoryPolicy.KEEP_LAST,
@@ -46,7 +47,7 @@ def answer_request(
     request: Any,
     response: Any,
 ) -> Future[Any]:
-    """The response to come, with a refusal as `success = false` and its message."""
+    """The response to come; a refusal has its code and its message."""
     answer: Future[Any] = Future()
 
     def start() -> Steps:
@@ -66,16 +67,13 @@ def answer_request(
         except Exception as error:  # the client gets an answer in any case
             if not isinstance(error, PoseStatsError):
                 log_failure(f"{type(request).__qualname__}: {describe_error(error)}")
-            if hasattr(response, "success"):
-                response.success = False
-                response.message = describe_error(error)
+            refuse(response, error)
         if awaited is None:
             answer.set_result(response)
         else:
             awaited.add_done_callback(partial(proceed, steps))
 
-    if hasattr(response, "success"):
-        response.success = True
+    response.success = True
     proceed(start())
     return answer
 

@@ -16,9 +16,9 @@ from ..base.errors import RequestError
 from ..core.records.scene import numbering_of
 from ..core.resting.observed_orientations import classify_orientations
 from .equipment import Equipment
-from .lanes import describe_error
 from .memory import Memory
 from .messages import part_messages, part_requests, times
+from .messages.codes import describe_error
 from .parts.known_part import KnownPart
 from .parts.registry import PartRegistry
 from .recorder import POSE_COUNTS

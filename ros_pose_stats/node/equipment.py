@@ -1,13 +1,13 @@
 """What most owners in the node work with, made before any of them."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from ros_pose_stats_msgs.msg import PoseStatistics
+from ros_pose_stats_msgs.msg import Code, PoseStatistics
 
 from .answering_node import AnsweringNode
 from .lanes import Lanes
-from .messages.statistics_messages import with_warning
+from .messages.statistics_messages import is_recorded, with_warning
 from .recorder import Recorder
 from .refusals import Refusals
 from .settings import Settings
@@ -32,6 +32,11 @@ class Equipment(NamedTuple):
 
     def warn_unrecorded(self, message: PoseStatistics) -> PoseStatistics:
         """The same with the warning that it is not on record, which it has once."""
-        if any(warning.startswith("NOT_RECORDED:") for warning in message.warnings):
+        if not is_recorded(message):
             return message
         return with_warning(message, self.not_recorded())
+
+    def say_unrecorded(self, response: Any) -> None:
+        """Say in a response that what was asked for is done, but not on record."""
+        response.code = Code.NOT_RECORDED
+        response.message = f"{response.message} {self.not_recorded()}".lstrip()

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any, TypeVar
 
-from ..base.errors import PoseStatsError, RequestError
 from ..core.mesh.bodies.overlap import TakesLongError
+from .messages.codes import BusyError, refusal_at_end
 
 T = TypeVar("T")
 
@@ -22,22 +22,6 @@ def finished_future(value: T) -> Future[T]:
     future: Future[T] = Future()
     future.set_result(value)
     return future
-
-
-class NotDoneError(RequestError):
-    """What was asked for was not done for a reason that is not its own."""
-
-
-def refusal_at_end() -> NotDoneError:
-    """The refusal of whatever a node that ends is asked for."""
-    return NotDoneError("a running node", "one that is ending", "start it again")
-
-
-def describe_error(error: BaseException) -> str:
-    """What a client is told: a refusal as it is, all else as an internal failure."""
-    if isinstance(error, PoseStatsError):
-        return str(error)
-    return f"internal failure: {type(error).__name__}: {error}"
 
 
 def result_or_refusal(future: Future[T]) -> T:
@@ -147,7 +131,7 @@ class Lanes:
         size: int = 0,
         part_id: str = "",
     ) -> Future[T]:
-        """Queue a task; without room for it a RequestError comes of it, or `put` waits.
+        """Queue a task; without room for it a BusyError comes of it, or `put` waits.
 
         Work of the quick lane that raises `TakesLongError` is called again in the slow
         one.
@@ -194,7 +178,7 @@ class Lanes:
         )
         self._changed.notify_all()
 
-    def _lack_of_room(self, task: _Task) -> RequestError | None:
+    def _lack_of_room(self, task: _Task) -> BusyError | None:
         """Why a task is not taken in now; one larger than the bound waits alone."""
         if self.is_closed or task.rank is Rank.WHEN_IDLE:
             return None
@@ -204,7 +188,7 @@ class Lanes:
             most, noun = MOST_LARGE_REQUESTED
         waiting = sum(queued.rank is task.rank for queued in self._waiting[lane])
         if waiting >= most:
-            return RequestError(
+            return BusyError(
                 f"at most {most} {noun} waiting", f"{waiting}", "ask again in a moment"
             )
         room = ROOM * self._most_bytes()
@@ -219,12 +203,12 @@ class Lanes:
 
     def _excess(
         self, task: _Task, queued_tasks: list[_Task], bound: int, kind: str
-    ) -> RequestError | None:
+    ) -> BusyError | None:
         """The refusal of a task that has no room beside others of a kind."""
         used = sum(queued.size for queued in queued_tasks)
         if not (task.size and used) or used + task.size <= bound:
             return None
-        return RequestError(
+        return BusyError(
             f"at most {bound} bytes of {kind}meshes waiting "
             f"({bound // self._most_bytes()} times max_mesh_bytes)",
             f"{task.size} bytes more than the {used} that wait",

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
-from .lanes import describe_error
+from .messages.codes import describe_error
 from .messages.times import current_stamp, steady_timer, time_message
 
 MINUTE = 60.0

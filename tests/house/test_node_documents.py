@@ -18,6 +18,7 @@ import yaml
 import tests.contract.node.conftest  # noqa: F401  discovery and checks, before ROS is imported
 from tests.contract.node.contract import (
     ACTION,
+    CODES,
     DEFAULTS,
     FIXED,
     PUBLICATIONS,
@@ -134,6 +135,11 @@ def test_the_page_s_table_is_what_the_node_says_of_its_parameters(client):
     ).descriptors:
         fixed = " Set at the start only." if described.name in FIXED else ""
         assert f" | {described.description}{fixed} |\n" in PAGE, described.name
+
+
+def test_the_page_s_table_of_codes_is_that_of_the_contract():
+    rows = re.findall(r"^\| (\d+) \| `([A-Z_]+)` \| .+ \|$", PAGE, re.MULTILINE)
+    assert {name: int(number) for number, name in rows} == CODES
 
 
 def test_the_example_file_has_every_parameter_with_its_default():

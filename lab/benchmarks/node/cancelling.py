@@ -78,7 +78,7 @@ def _by_service(client: Client, part_id: str, pause: float) -> Ending:
     begin = time.perf_counter()
     jobs.accepted(jobs.cancel(client, job_id))
     answer = time.perf_counter() - begin
-    while jobs.state(client, job_id).state < jobs.DONE:
+    while jobs.state(client, job_id).status.state < jobs.DONE:
         pass
     return Ending(answer, time.perf_counter() - begin)
 

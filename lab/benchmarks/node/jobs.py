@@ -89,14 +89,14 @@ def state(client: Client, job_id: str) -> Any:
 
 def wait_for_end(client: Client, job_id: str) -> Any:
     """Wait until a job has ended."""
-    while (answer := state(client, job_id)).state < DONE:
+    while (answer := state(client, job_id)).status.state < DONE:
         client.spin_for(0.005)
     return answer
 
 
 def wait_for_drops(client: Client, job_id: str) -> None:
     """Wait until a job has begun to drop."""
-    while not state(client, job_id).drops_done:
+    while not state(client, job_id).status.drops_done:
         client.spin_for(0.01)
 
 
@@ -121,7 +121,7 @@ def under_way(client: Client, part_id: str) -> Iterator[str]:
     job_id = start(client, start_request(part_id, ENDLESS))
     wait_for_drops(client, job_id)
     yield job_id
-    lasted = state(client, job_id).state == RUNNING
+    lasted = state(client, job_id).status.state == RUNNING
     cancel(client, job_id)
     wait_for_end(client, job_id)
     if not lasted:

@@ -97,7 +97,7 @@ def _ended(life, job_id):
     """What Get says of a job once it has ended."""
     while True:
         answer = life.ask("get_drop_simulation", job_id=job_id)
-        if not answer.success or answer.state >= DONE:
+        if not answer.success or answer.status.state >= DONE:
             return answer
         life.pause(0.01)
 
@@ -153,9 +153,9 @@ def failing_jobs(life, chance):
         if job_id:
             answer = _ended(life, job_id)
             life.told.events["jobs that fail"] += 1
-            if answer.state != FAILED:
+            if answer.status.state != FAILED:
                 life.told.wrong.append(
-                    f"{job_id} with a bad mesh has state {answer.state}"
+                    f"{job_id} with a bad mesh has state {answer.status.state}"
                 )
 
 

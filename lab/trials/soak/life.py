@@ -129,9 +129,13 @@ class Life:
         for job_id in jobs:
             answer = self.client.call("get_drop_simulation", job_id=job_id)
             # The state may have an end that a full disk has kept out of the bag.
-            if not answer.success or answer.state not in (DONE, CANCELLED, FAILED):
+            if not answer.success or answer.status.state not in (
+                DONE,
+                CANCELLED,
+                FAILED,
+            ):
                 self.told.wrong.append(
-                    f"{job_id} had no end, and is {answer.state} now"
+                    f"{job_id} had no end, and is {answer.status.state} now"
                 )
         self.told.events["jobs cancelled by the next start"] += len(jobs)
 

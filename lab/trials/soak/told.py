@@ -8,7 +8,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from ros_pose_stats_msgs.msg import JobEvent
+from ros_pose_stats_msgs.msg import JobStatus
 
 from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import estimate, part_from_mesh, simulate
@@ -17,7 +17,7 @@ from tests.contract.node.harness.bags import bags_of, message_of, on_topic, raw
 METHODS = ("combined", "csae", "area")
 RESTITUTIONS = (0.2, 0.5)
 NOT_RECORDED = "NOT_RECORDED"
-ENDS = {JobEvent.DONE, JobEvent.CANCELLED, JobEvent.FAILED}
+ENDS = {JobStatus.DONE, JobStatus.CANCELLED, JobStatus.FAILED}
 SEVERAL = 5
 """Faults of a kind that are spelt out."""
 
@@ -131,7 +131,7 @@ class Told:
                     answers.add(key_of(message_of(topic, data)))
                 elif topic == on_topic("job_events"):
                     event = message_of(topic, data)
-                    events[event.job_id].append(event.event)
+                    events[event.status.job_id].append(event.status.state)
         ended = {job: len(ENDS.intersection(kinds)) for job, kinds in events.items()}
         return [
             *(f"result {key}" for key in self.answers - answers),

@@ -215,7 +215,7 @@ class Ledger(Told):
 
     def _look_at_jobs(self, client, every_job):
         listed = client.call("list_drop_simulations")
-        states = dict(zip(listed.job_id, listed.state, strict=True))
+        states = {job.job_id: job.state for job in listed.jobs}
         newest = sorted(self.accepted | self.ends.keys(), key=_order)[-KEPT_JOBS:]
         for job_id in newest:
             if states.get(job_id, 0) < DONE:

@@ -121,7 +121,7 @@ class Original:
         if (
             job.success
             and str(job.statistics) != self.done
-            and (whole or job.state != CANCELLED or job.statistics.drops)
+            and (whole or job.status.state != CANCELLED or job.statistics.drops)
         ):
             wrong.append(f"the job has another result: {job.statistics}")
         if whole and not (shown == self.shown and job.success):

@@ -23,7 +23,7 @@ import numpy as np
 
 from ...base import extras
 from ...base.caches import BoundedCache
-from ...base.errors import MeshFileError, reason
+from ...base.errors import MeshFileError, TimedOutError, reason
 from ...base.files import NotAFileError, open_file
 from ..records import Array, Corners, Index
 from . import units, vectors
@@ -310,7 +310,7 @@ def _run_reader(
             env=environment,
         )
     except subprocess.TimeoutExpired as error:
-        raise MeshFileError(
+        raise TimedOutError(
             f"a mesh file ({kind}) that is read within {_MOST_SECONDS:g} s",
             f"{path} of {len(data) / 1e6:.3g} MB, which takes longer",
             "export single parts, or export as STL",

@@ -6,7 +6,13 @@ import time
 from contextlib import suppress
 
 from rclpy.serialization import deserialize_message, serialize_message
-from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
+from ros_pose_stats_msgs.msg import (
+    Code,
+    DropRecords,
+    JobEvent,
+    JobStatus,
+    PoseStatistics,
+)
 
 from ...core import records
 from ...core.simulation.drops import DropChunk
@@ -25,7 +31,7 @@ SECONDS_BETWEEN = 1.0  # a running job is stored as far as it is this often
 INTERRUPTED = "the node ended before the simulation did"
 
 
-def job_event(job: Job, event: int | None = None) -> JobEvent:
+def job_event(job: Job, state: State | None = None) -> JobEvent:
     """The record of something that happens to a job; by default of how it is now."""
     request = job.request
     scene = request.scene
@@ -33,14 +39,17 @@ def job_event(job: Job, event: int | None = None) -> JobEvent:
     snapshot = job.snapshot  # of which the queue's thread may let go meanwhile
     height = scene.drop_height if snapshot is None else snapshot.drop_height
     report = JobEvent(
-        event=int(job.state if event is None else event),
-        job_id=job.job_id,
-        part_id=job.part_id,
+        status=JobStatus(
+            job_id=job.job_id,
+            part_id=job.part_id,
+            state=int(job.state if state is None else state),
+            code=job.code,
+            drops_done=job.drops_done,
+            drops_total=request.drops,
+        ),
         message=job.message,
         refinement=request.refinement,
         max_seconds=request.max_seconds,
-        drops=request.drops,
-        drops_done=job.drops_done,
         seed=job.seed,
         target_error=request.target_error,
         **{
@@ -60,10 +69,11 @@ def acceptance(job_id: str) -> tuple[str, int, str]:
 
 def job_change(event: JobEvent, answer: bytes = b"") -> Change:
     """What the state has of a job: the last that happened to it, and its result."""
+    status = event.status
     return Change(
         "jobs",
-        event.job_id,
-        (event.job_id, int(event.event), serialize_message(event), answer),
+        status.job_id,
+        (status.job_id, int(status.state), serialize_message(event), answer),
     )
 
 
@@ -92,9 +102,12 @@ class JobReports(JobListener):
             with suppress(Exception):
                 rows.append((deserialize_message(event, JobEvent), answer))
         cancelled = []
-        for event, answer in sorted(rows, key=lambda row: acceptance(row[0].job_id)):
-            if event.event < JobEvent.DONE:
-                event.event = JobEvent.CANCELLED
+        for event, answer in sorted(
+            rows, key=lambda row: acceptance(row[0].status.job_id)
+        ):
+            if event.status.state < JobStatus.DONE:
+                event.status.state = JobStatus.CANCELLED
+                event.status.code = Code.CANCELLED
                 event.message = INTERRUPTED
                 self._state.put(job_change(event, answer))
                 cancelled.append(event)
@@ -102,11 +115,11 @@ class JobReports(JobListener):
         self._state.commit()
         for event in cancelled:
             self._recorder.record(JOB_EVENTS, serialize_message(event))
-            self._log.warning(f"{event.job_id}: CANCELLED: {INTERRUPTED}")
+            self._log.warning(f"{event.status.job_id}: CANCELLED: {INTERRUPTED}")
 
     def queued(self, job: Job) -> bool:
         """Store the acceptance, on the disk before anybody hears of it; record it."""
-        event = job_event(job, JobEvent.QUEUED)
+        event = job_event(job, State.QUEUED)
         is_stored = self._state.commit(self._state.put(job_change(event)))
         part = self._part_of(job)
         if part is not None:
@@ -115,7 +128,7 @@ class JobReports(JobListener):
 
     def started(self, job: Job) -> None:
         """Put the start on record."""
-        event = job_event(job, JobEvent.RUNNING)
+        event = job_event(job, State.RUNNING)
         self._recorder.record(JOB_EVENTS, serialize_message(event))
 
     def progressed(self, job: Job) -> None:
@@ -129,7 +142,7 @@ class JobReports(JobListener):
             return
         if now - self._stored_at >= SECONDS_BETWEEN:
             self._stored_at = now
-            event = job_event(job, JobEvent.RUNNING)
+            event = job_event(job, State.RUNNING)
             interim = serialize_message(self.interim(job, snapshot))
             self._state.put(job_change(event, interim))
         if part is not None and part.is_due(job.request.scene):
@@ -175,10 +188,13 @@ class JobReports(JobListener):
         if answer is not None:
             if not is_recorded:
                 answer = self._equipment.warn_unrecorded(answer)
+            is_recorded = statistics_messages.is_recorded(answer)
             data = serialize_message(answer)
         elif not (is_recorded and job.is_recorded):
             warning = self._equipment.not_recorded()
             job.message = event.message = f"{job.message} {warning}".strip()
+        if state is State.DONE and not (is_recorded and job.is_recorded):
+            job.code = event.status.code = Code.NOT_RECORDED
         final_change = job_change(event, data)
         if final_change != change:  # warnings have come since
             self._state.put(final_change)
@@ -201,9 +217,9 @@ class JobReports(JobListener):
     def _note_end(self, event: JobEvent, size: int) -> None:
         """Let an ended job be asked for, and forget the oldest beyond the bounds."""
         with self._lock:
-            self.ends[event.job_id] = event
+            self.ends[event.status.job_id] = event
             if size:
-                self._answer_sizes[event.job_id] = size
+                self._answer_sizes[event.status.job_id] = size
             if len(self.ends) > MOST_ENDED:
                 oldest = next(iter(self.ends))
                 del self.ends[oldest]

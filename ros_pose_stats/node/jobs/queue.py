@@ -8,9 +8,13 @@ from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import replace
 from typing import Any
 
-from ...base.errors import PoseStatsError, RequestError
+from ros_pose_stats_msgs.msg import Code
+
+from ...base import text
+from ...base.errors import PoseStatsError
 from ...core.records import FlipStatistics, Part, PoseStatistics
-from ..lanes import describe_error, refusal_at_end, result_or_refusal
+from ..lanes import result_or_refusal
+from ..messages.codes import BusyError, code_of, describe_error, refusal_at_end
 from ..parts.known_part import KnownPart
 from ..refusals import Health
 from ..stop_signals import finish_within
@@ -19,7 +23,8 @@ from .run import GAVE_WAY, Job, JobListener, JobRequest, State, Stop, run_drops
 Run = Callable[[Job, Part, JobListener, Stop], PoseStatistics | FlipStatistics]
 """Computes what a job asks for, as `run_drops` does."""
 
-CUT_SHORT = ("TIME_LIMIT", "TARGET_MISSED")  # warnings that are the message of an end
+# warnings that are the message of an end, and the code of that
+CUT_SHORT = {"TIME_LIMIT": Code.TIMED_OUT, "TARGET_MISSED": Code.OK}
 POLL_SECONDS = 0.02
 # for what runs when the queue is closed; some parts are prepared for minutes
 LAST_SECONDS = 0.6
@@ -58,7 +63,7 @@ class Jobs:
         settings: Any,
         has_room: bool = False,
     ) -> Job:
-        """Accept a simulation, or join the same in flight; raises RequestError.
+        """Accept a simulation, or join the same in flight; raises BusyError.
 
         `has_room`: one that follows another of the same client is accepted in any case.
         """
@@ -88,7 +93,7 @@ class Jobs:
         """Refuse a client's job where as many wait as may, and one runs."""
         is_idle = self.running_job is None or self.running_job.state.ended
         if self.count_waiting()[0] >= most + is_idle:
-            raise RequestError(
+            raise BusyError(
                 f"at most {most} simulations waiting (parameter max_queued_jobs)",
                 "a full queue",
                 "wait, or cancel one",
@@ -161,7 +166,7 @@ class Jobs:
         except Exception as error:  # a refusal, or a failure that is told like one
             if not isinstance(error, PoseStatsError):
                 self._say_failure(f"{job.job_id}: {describe_error(error)}")
-            self._end(job, State.FAILED, describe_error(error))
+            self._end(job, State.FAILED, describe_error(error), code_of(error))
         self.running_job = None
 
     def _run_job(self, job: Job) -> None:
@@ -185,14 +190,21 @@ class Jobs:
         if stop.reason:
             self._end(job, State.CANCELLED, job.cancel_reason)
             return
-        cut_short = [line for line in outcome.warnings if line.startswith(CUT_SHORT)]
-        self._end(job, State.DONE, " ".join(cut_short))
+        cut_short = {
+            line: CUT_SHORT[code]
+            for line in outcome.warnings
+            if (code := text.code_of(line)) in CUT_SHORT
+        }
+        code = max(cut_short.values(), default=Code.OK)
+        self._end(job, State.DONE, " ".join(cut_short), code)
 
     def _should_give_way(self, job: Job) -> bool:
         """Whether clients wait for what a refinement takes."""
         return job.request.refinement and self.count_waiting()[0] > 0
 
-    def _end(self, job: Job, state: State, message: str) -> None:
+    def _end(
+        self, job: Job, state: State, message: str, code: int = Code.CANCELLED
+    ) -> None:
         with self._changing:
             if job.is_ending:  # by the other thread, when the queue was closed
                 return
@@ -201,6 +213,7 @@ class Jobs:
             # Of a run that did not stop in time, no later drops are kept.
             job.drops_done = job.snapshot.drops
         job.message = message
+        job.code = code
         try:
             self.listener.ended(job, state)
         except Exception as error:  # must not keep a job from ending

@@ -10,6 +10,7 @@ from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
+from ros_pose_stats_msgs.msg import Code, JobStatus
 
 from ...base.errors import RequestError
 from ...core.planning import auto, confidence, hybrid
@@ -38,13 +39,13 @@ GAVE_WAY = "it gave way to what clients asked for"
 
 
 class State(IntEnum):
-    """As in `GetDropSimulation`."""
+    """How far a job is."""
 
-    QUEUED = 1
-    RUNNING = 2
-    DONE = 3
-    CANCELLED = 4
-    FAILED = 5
+    QUEUED = JobStatus.QUEUED
+    RUNNING = JobStatus.RUNNING
+    DONE = JobStatus.DONE
+    CANCELLED = JobStatus.CANCELLED
+    FAILED = JobStatus.FAILED
 
     @property
     def ended(self) -> bool:
@@ -93,7 +94,8 @@ class Job:
     snapshot: PoseStatistics | None = None
     flips: FlipStatistics | None = None  # the end result of flips, without the poses
     flips_total: int = 0  # out of all poses, once they have begun
-    message: str = ""  # how it ended
+    message: str = ""  # how it ended, and the code of that
+    code: int = Code.OK
     is_recorded: bool = True  # whether the acceptance is in the bag and in the state
     # done once its end can be seen
     finished: Future[None] = field(default_factory=Future)

@@ -162,6 +162,11 @@ def comparable_error(message: msg.PoseStatistics) -> float:
     return float(message.plate_error) if math.isnan(error) else error
 
 
+def is_recorded(message: msg.PoseStatistics) -> bool:
+    """Whether nothing is said of a result that could not be written down."""
+    return not any(line.startswith("NOT_RECORDED:") for line in message.warnings)
+
+
 def refutes(message: msg.PoseStatistics) -> bool:
     """Whether a result is of drops that contradicted an estimate."""
     return any(line.startswith("CONFLICT:") for line in message.warnings)

@@ -13,8 +13,9 @@ from ...core.mesh.bodies.overlap import TakesLongError
 from ...core.records import DropScene
 from ...core.resting.poses import are_found
 from ..equipment import Equipment
-from ..lanes import Lane, NotDoneError, Rank, describe_error, finished_future
+from ..lanes import Lane, Rank, finished_future
 from ..messages import part_messages, part_requests
+from ..messages.codes import NotDoneError, describe_error
 from ..refusals import MESHES, SequenceGaps
 from ..settings import Settings, mesh_topics
 from . import part_builder

@@ -25,7 +25,8 @@ from ...core.records import DropScene, Part
 from ...core.resting.outlines import outline_at
 from ...core.resting.poses import are_found, resting_poses
 from ..equipment import Equipment
-from ..lanes import Lane, NotDoneError, Rank, refusal_at_end
+from ..lanes import Lane, Rank
+from ..messages.codes import NotDoneError, refusal_at_end
 from ..messages.part_requests import PartRequest, build_part
 
 T = TypeVar("T")
@@ -151,7 +152,7 @@ class PartBuilder(PartWorker):
     def _build_there(
         self, request: PartRequest | Part, scene: DropScene
     ) -> tuple[Part, dict[Any, Any]]:
-        refusal = errors.MeshError(
+        refusal = errors.TimedOutError(
             f"a mesh that is checked within {BUDGET_SECONDS:g} s",
             f"{len(request.triangles)} triangles",
             "decimate it",
@@ -209,7 +210,7 @@ class Outlines(PartWorker):
         """Have a function called that outlines a part; `task` says what it does."""
         work = partial(function, *arguments)
         if is_large(part):
-            refusal = errors.RequestError(
+            refusal = errors.TimedOutError(
                 f"work on outlines that takes at most {OUTLINE_SECONDS:g} s",
                 task,
                 "ask for less at once, or decimate the mesh",

@@ -12,7 +12,7 @@ import numpy as np
 from rclpy.serialization import deserialize_message
 from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 
-from ...base import errors, methods, text
+from ...base import methods, text
 from ...core import records
 from ...core.planning.confidence import (
     learn_plate_error,
@@ -25,6 +25,7 @@ from ...core.resting.poses import resting_poses
 from ...core.statistics.chi_square import homogeneity
 from ..equipment import Equipment
 from ..messages import part_requests
+from ..messages.codes import NotFoundError
 from ..messages.statistics_messages import statistics_of_message
 from ..state import Change
 
@@ -287,14 +288,14 @@ class PartCounts:
         return np.where(is_face, resting.pose_of_face[cosine.argmax(axis=1)], -1)
 
     def flips_at(self, message: PoseStatistics, speed: str) -> Index:
-        """Flips (K, K) counted at a speed on a result's ground; raises RequestError."""
+        """Flips (K, K) counted at a speed on a result's ground; raises NotFoundError."""
         tally = self.tally
         flips = {}
         if tally is not None and tally.ground == self._ground_of(message):
             flips = tally.flips
         if tally is None or speed not in flips:
             speeds = [part_requests.quote_text(name) for name in sorted(flips)]
-            raise errors.RequestError(
+            raise NotFoundError(
                 "a feeder_speed whose flips were counted",
                 f"{part_requests.quote_text(speed)}; there is "
                 f"{text.listed(speeds or ['none'])}",

@@ -10,13 +10,13 @@ from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 from visualization_msgs.msg import MarkerArray
 
-from ...base.errors import MeshError, PoseStatsError, RequestError
+from ...base.errors import MeshError, PoseStatsError
 from ...core.records import Part
 from ...core.records.part import array_bytes, digest_name
 from ..equipment import Equipment
-from ..lanes import NotDoneError
 from ..memory import Memory, memory_of_parts
 from ..messages import part_messages, part_requests, times
+from ..messages.codes import NotDoneError, UnknownPartError
 from ..recorder import JOB_EVENTS
 from ..refusals import Health
 from ..state import OF_PARTS, Change
@@ -228,13 +228,13 @@ class PartRegistry:
             return self._parts.get(part_id)
 
     def require(self, part_id: str) -> KnownPart:
-        """A part, which counts as used now; raises RequestError if it is not known."""
+        """A part, which counts as used now; raises UnknownPartError if it is not known."""
         part = self.find(part_id)
         if part is None:
             with self._lock:
                 names = sorted(self._parts)
             listed = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
-            raise RequestError(
+            raise UnknownPartError(
                 "the part_id of a known part" + (f" ({listed})" if listed else ""),
                 part_requests.quote_text(part_id),
                 "publish its mesh on ~/part_mesh, or send it to ~/estimate",
@@ -293,9 +293,8 @@ class PartRegistry:
             if not part.is_current:
                 return None
             part.withdraw_result(stamp, reason)
-            event = JobEvent(
-                event=JobEvent.PART_FORGOTTEN, part_id=part_id, part_digest=part.digest
-            )
+            event = JobEvent(part_forgotten=True, part_digest=part.digest)
+            event.status.part_id = part_id
             event.header.stamp = times.time_message(stamp)
             self._equipment.recorder.record(JOB_EVENTS, serialize_message(event))
             channel.latched_revision = channel.newest_revision

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from contextlib import redirect_stderr, suppress
 from hashlib import blake2b
 from io import StringIO
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,10 @@ class Decoders:
         self.failures = 0
 
     def decode(self, message: RawMessage) -> Any | None:
-        """The message by its definition; None if broken, BagError if compressed."""
+        """The message by its definition; None if broken, BagError if compressed.
+
+        What version 0.2.0 said otherwise is said as today.
+        """
         if message.data.startswith(ZSTD_START):
             raise BagError(
                 "messages that are not compressed one by one",
@@ -68,7 +72,7 @@ class Decoders:
         # should be.
         with suppress(Exception):
             if decoder is not None:
-                return decoder(message.data)
+                return modernised(decoder(message.data))
         self.failures += 1
         return None
 
@@ -87,6 +91,30 @@ def _decoder_for(type_name: str, text: str) -> Callable[[bytes], Any] | None:
     with suppress(Exception), redirect_stderr(StringIO()):
         return DecoderFactory().decoder_for("cdr", schema)
     return None
+
+
+OLD_FORGOTTEN = 0  # the event of 0.2.0 that was none of a simulation
+OLD_CODES = {4: 9, 5: 8}
+"""Codes of how simulations ended that were cancelled or failed, by their state."""
+
+
+def modernised(message: Any) -> Any:
+    """A decoded message with the fields of today in place of those of 0.2.0.
+
+    The states of a simulation had the same numbers then.
+    """
+    if hasattr(message, "event") and not hasattr(message, "status"):
+        is_forgotten = message.event == OLD_FORGOTTEN
+        message.part_forgotten = is_forgotten
+        message.status = SimpleNamespace(
+            job_id=message.job_id,
+            part_id=getattr(message, "part_id", ""),
+            state=message.event,
+            code=OLD_CODES.get(message.event, 0),
+            drops_done=getattr(message, "drops_done", 0),
+            drops_total=getattr(message, "drops", 0),
+        )
+    return message
 
 
 def stamp_of(message: Any) -> int:

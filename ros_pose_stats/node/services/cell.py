@@ -22,9 +22,10 @@ from ...core.statistics import feeding, pose_groups
 from ..answering_node import Steps
 from ..equipment import Equipment
 from ..jobs import FlipRequest, Jobs, State, run
-from ..lanes import Lane, Rank, finished_future, refusal_at_end
+from ..lanes import Lane, Rank, finished_future
 from ..memory import Memory
 from ..messages import part_messages, part_requests
+from ..messages.codes import BusyError, NotFoundError, refusal_at_end
 from ..messages.statistics_messages import fill_bounds, statistics_of_message
 from ..parts import intake, part_builder
 from ..parts.known_part import KnownPart, LatchedResult
@@ -68,7 +69,7 @@ class FeedingService:
         settings = self._settings()
         latched = part.latched
         if latched is None:
-            raise RequestError(
+            raise BusyError(
                 "a part with a result",
                 f"{part_requests.quote_text(request.part_id)} without one yet",
                 "ask again in a moment",
@@ -169,6 +170,7 @@ class FeedingService:
                 flips_at_height = job.flips
                 if flips_at_height is None:
                     response.success = False
+                    response.code = job.code
                     response.message = job.message
                     break
                 self._finished_kicks.put(key, True)
@@ -283,6 +285,7 @@ class PlateFits:
         response.p_value = fit.p_value
         response.counted = fit.total
         response.parts = list(dict.fromkeys(part.part_id for part in fit.parts))
+        is_recorded = True
         response.message = (
             f"From {several(fit.total, 'count')} of "
             f"{several(len(fit.parts), 'part')} in {fit.seconds:.1f} s; "
@@ -295,9 +298,9 @@ class PlateFits:
                 Lane.FIT,
             )
             response.message += f"; written to {file} as {plate}, and used from now on"
-            if not is_recorded:
-                response.message += f". {self._equipment.not_recorded().rstrip('.')}"
         response.message += "."
+        if not is_recorded:
+            self._equipment.say_unrecorded(response)
         self._equipment.node.get_logger().info(
             f"~/fit_plate: effective restitution {fit.restitution[0]:.2f}, drop height "
             f"{fit.drop_height[0]:.3g} m (-1: 20 radii). {response.message}"
@@ -345,7 +348,7 @@ def find_tallies(
         if others:
             quoted = map(part_requests.quote_text, others)
             problem = f"only those on {', '.join(quoted)}"
-        raise RequestError(
+        raise NotFoundError(
             f"counts of known parts on plate {part_requests.quote_text(plate)}",
             problem,
             "publish what cameras count there on ~/pose_counts, or what they see on "

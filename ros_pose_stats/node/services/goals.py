@@ -17,7 +17,7 @@ from ...core.resting.poses import are_found, poses_in
 from ..answering_node import SERVICE_QUALITY, AnsweringNode
 from ..equipment import Equipment
 from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
-from ..lanes import describe_error
+from ..messages.codes import describe_error, refuse
 from ..messages.part_messages import pack_array
 from ..parts import part_builder
 from ..parts.intake import Intake
@@ -51,11 +51,12 @@ class GoalServer(ABC):
         jobs.listener.follow = self._follow
         self._node = node
         self._name = name
+        self._kind = kind
         self._jobs = jobs
         # with their jobs, by request, until they have been told how these ended
         self.goals: dict[int, tuple[server.ServerGoalHandle, Job]] = {}
-        # requests that are being accepted, with their jobs or why they are refused
-        self._pending: dict[int, tuple[Any, Job | str]] = {}
+        # requests that are being accepted, with their jobs or the results that refuse
+        self._pending: dict[int, tuple[Any, Job | Any]] = {}
         self._lock = threading.Lock()
         self._next_feedback = 0.0
         self._server = Server(
@@ -82,21 +83,22 @@ class GoalServer(ABC):
         """How far a job is, as a message."""
 
     @abstractmethod
-    def result(self, job: Job | None, success: bool, message: str) -> Any:
-        """What a job has done, as a message; None where it was refused."""
+    def result(self, job: Job) -> Any:
+        """What a job has done, as a message without what all results have."""
 
     def _accept_request(self, request: Any) -> GoalResponse:
         """Queue the job.
 
         A refused goal is accepted and then aborted: a rejection has no message.
         """
-        answer: Job | str
+        answer: Job | Any
         try:
             answer = self.start_job(request)
         except Exception as error:  # must not end the executor
-            answer = describe_error(error)
+            answer = self._kind.Result()
+            refuse(answer, error)
             if not isinstance(error, PoseStatsError):
-                self._node.get_logger().error(f"{self._name}: {answer}")
+                self._node.get_logger().error(f"{self._name}: {describe_error(error)}")
         with self._lock:
             self._pending[id(request)] = request, answer
             if len(self._pending) > MAX_PENDING:
@@ -110,7 +112,7 @@ class GoalServer(ABC):
             _, answer = self._pending.pop(id(goal.request))
             if isinstance(answer, Job):
                 self.goals[id(goal.request)] = goal, answer
-        if isinstance(answer, str):
+        if not isinstance(answer, Job):
             goal.execute(lambda handle: self._refuse(handle, answer))
             return
         if answer.state == State.RUNNING:
@@ -167,7 +169,10 @@ class GoalServer(ABC):
         self._server.notify_execute(goal, lambda handle: self._end(handle, job))
 
     def _end(self, goal: server.ServerGoalHandle, job: Job) -> Any:
-        result = self.result(job, job.state == State.DONE, job.message)
+        result = self.result(job)
+        result.success = job.state == State.DONE
+        result.code = job.code
+        result.message = f"{job.message} {result.message}".strip()
         if result.success:
             goal.succeed()
         elif job.state == State.CANCELLED and goal.is_cancel_requested:
@@ -179,9 +184,10 @@ class GoalServer(ABC):
         self._node.last_answer = time.monotonic()  # the result is on its way
         return result
 
-    def _refuse(self, goal: server.ServerGoalHandle, refusal: str) -> Any:
+    @staticmethod
+    def _refuse(goal: server.ServerGoalHandle, refusal: Any) -> Any:
         goal.abort()
-        return self.result(None, False, refusal)
+        return refusal
 
 
 class SimulateDropsServer(GoalServer):
@@ -215,13 +221,11 @@ class SimulateDropsServer(GoalServer):
             drops_per_second=job.drops_per_second,
         )
 
-    def result(self, job: Job | None, success: bool, message: str) -> Any:
+    def result(self, job: Job) -> Any:
         """The statistics of what was done."""
-        result = SimulateDrops.Result(success=success, message=message)
-        if job is not None:
-            result.job_id = job.job_id
-            result.statistics = self._reports.answer_of(job.job_id, job)
-        return result
+        return SimulateDrops.Result(
+            job_id=job.job_id, statistics=self._reports.answer_of(job.job_id, job)
+        )
 
 
 class SimulateFlipsServer(GoalServer):
@@ -278,10 +282,10 @@ class SimulateFlipsServer(GoalServer):
             flips_done=job.drops_done, flips_total=job.flips_total
         )
 
-    def result(self, job: Job | None, success: bool, message: str) -> Any:
+    def result(self, job: Job) -> Any:
         """The transition matrix of what was done."""
-        result = SimulateFlips.Result(success=success, message=message)
-        flips = None if job is None else job.flips
+        result = SimulateFlips.Result()
+        flips = job.flips
         if flips is None:
             return result
         for name in ("part_id", "part_digest", "restitution", "kick_height", "seed"):

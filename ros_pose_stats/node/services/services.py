@@ -4,7 +4,7 @@ from concurrent.futures import Future, wait
 from typing import Any
 
 from ros_pose_stats_msgs import srv
-from ros_pose_stats_msgs.msg import JobEvent, JobStatus, PoseStatistics
+from ros_pose_stats_msgs.msg import Code, JobEvent, PoseStatistics
 
 from ...base import errors, methods, text
 from ...core.mesh import mass_properties
@@ -15,9 +15,10 @@ from ..answering_node import Steps
 from ..equipment import Equipment
 from ..jobs import Job, JobRequest, Jobs, State, job_reports
 from ..jobs.refinement import Refinement
-from ..lanes import Rank, finished_future, refusal_at_end, result_or_refusal
+from ..lanes import Rank, finished_future, result_or_refusal
 from ..memory import Memory, memory_of_parts
 from ..messages import part_messages, part_requests, statistics_messages
+from ..messages.codes import NotFoundError, refusal_at_end
 from ..parts import part_builder
 from ..parts.intake import Intake
 from ..parts.known_part import KnownPart
@@ -147,7 +148,10 @@ class Services:
             message = _warn_of_shift(message, offset)
         if not sent_part.is_stored():
             message = self._equipment.warn_unrecorded(message)
-        response.statistics = sent_part.record(ANSWERS, message)
+        message = sent_part.record(ANSWERS, message)
+        if not statistics_messages.is_recorded(message):
+            response.code = Code.NOT_RECORDED
+        response.statistics = message
 
     def _shift_part(self, part: KnownPart, offset: Array) -> KnownPart:
         """A part that is built, with its centre of mass shifted, (3,) metres."""
@@ -161,7 +165,7 @@ class Services:
         job = self.start_job(request)
         response.job_id = job.job_id
         if not job.is_recorded:
-            response.message = self._equipment.not_recorded()
+            self._equipment.say_unrecorded(response)
 
     def start_job(self, request: Any) -> Job:
         """Accept a drop simulation out of a `StartDropSimulation` or a goal."""
@@ -227,47 +231,35 @@ class Services:
     def forget_part(self, request: Any, response: Any) -> None:
         """Forget a part."""
         if not self._parts.forget(self._parts.require(request.part_id)):
-            response.message = self._equipment.not_recorded()
+            self._equipment.say_unrecorded(response)
 
     def get_job(self, request: Any, response: Any) -> None:
         """How far a job is."""
         job, event = self._look_up(request.job_id)
-        response.state = event.event
         response.message = event.message
-        response.drops_done = event.drops_done
-        response.drops_total = event.drops
+        response.status = event.status
         response.statistics = self._reports.answer_of(request.job_id, job)
 
     def list_jobs(self, request: Any, response: Any) -> None:
         """All jobs."""
         present = {job.job_id: job_reports.job_event(job) for job in self._jobs.all()}
         events = self._reports.ends | present
-        response.jobs = [
-            JobStatus(
-                job_id=event.job_id,
-                part_id=event.part_id,
-                state=event.event,
-                drops_done=event.drops_done,
-                drops_total=event.drops,
-            )
-            for event in sorted(
-                events.values(), key=lambda event: job_reports.acceptance(event.job_id)
-            )
-        ]
-        for name in ("job_id", "part_id", "state", "drops_done", "drops_total"):
-            setattr(response, name, [getattr(status, name) for status in response.jobs])
+        response.jobs = sorted(
+            (event.status for event in events.values()),
+            key=lambda status: job_reports.acceptance(status.job_id),
+        )
 
     def cancel_job(self, request: Any, response: Any) -> None:
         """Cancel a job; what was done is kept."""
         job, event = self._look_up(request.job_id)
         if job is None:
-            response.success = False
-            response.message = (
-                f"{event.job_id} had ended before: {State(event.event).name}"
+            raise NotFoundError(
+                "the job_id of a drop simulation that has not ended",
+                f"{event.status.job_id}, which is {State(event.status.state).name}",
+                "get_drop_simulation has its results",
             )
-        else:
-            self._jobs.cancel(job.job_id, "cancelled by a client")
-            wait([job.finished], CANCEL_PATIENCE)
+        self._jobs.cancel(job.job_id, "cancelled by a client")
+        wait([job.finished], CANCEL_PATIENCE)
 
     def _look_up(self, job_id: str) -> tuple[Job | None, JobEvent]:
         """A job, unless it has ended, and its last event, also of earlier runs."""
@@ -278,7 +270,7 @@ class Services:
             else job_reports.job_event(job)
         )
         if event is None:
-            raise errors.RequestError(
+            raise NotFoundError(
                 "the job_id of a drop simulation",
                 part_requests.quote_text(job_id),
                 "list_drop_simulations lists those that the node knows",

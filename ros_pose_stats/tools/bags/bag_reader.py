@@ -395,7 +395,8 @@ class _BagReader:
         if not getattr(message, "poses", ()):
             warnings = getattr(message, "warnings", ())
             if any(warning.startswith(statistics.FORGOTTEN) for warning in warnings):
-                self._jobs.note_forgotten(message, time)
+                digest = str(getattr(message, "part_digest", ""))
+                self._jobs.note_forgotten(str(message.part_id), digest, time)
             else:
                 self._notes["{} left out, without poses: result"] += 1
             return

@@ -1,12 +1,15 @@
 """What became of each drop simulation, by its events, and drops recorded one by one."""
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-FORGOTTEN, QUEUED, RUNNING, DONE, CANCELLED, FAILED = range(6)
+from ...core.records.scene import SCENE_FIELDS
+
+# As in JobStatus; this room needs no ROS.
+QUEUED, RUNNING, DONE, CANCELLED, FAILED = range(1, 6)
 STATES = {
     QUEUED: "queued",
     RUNNING: "running",
@@ -15,8 +18,16 @@ STATES = {
     FAILED: "failed",
 }
 TERMINAL = ("done", "cancelled", "failed")
-_BOOKKEEPING = frozenset(("job_id", "state", "queued", "started", "ended", "latest"))
-"""Fields of a job that are not those of its events."""
+_OF_EVENT = (
+    "part_digest",
+    "refinement",
+    "seed",
+    *SCENE_FIELDS,
+    "target_error",
+    "max_seconds",
+    "message",
+)
+"""Fields of a job that its events have, as far as their version had them."""
 
 
 @dataclass
@@ -53,7 +64,7 @@ class Job:
 
     def add(self, event: Any, time: int) -> None:
         """Take in an event; events may come in any order and more than once."""
-        kind = int(event.event)
+        kind = int(event.status.state)
         state = STATES[kind]
         if kind == QUEUED:
             self.queued = time
@@ -67,9 +78,11 @@ class Job:
             return
         self.latest = rank
         self.state = state
-        for job_field in fields(self):
-            name = job_field.name
-            if name not in _BOOKKEEPING and hasattr(event, name):
+        self.part_id = event.status.part_id
+        self.drops = event.status.drops_total
+        self.drops_done = event.status.drops_done
+        for name in _OF_EVENT:
+            if hasattr(event, name):
                 setattr(self, name, getattr(event, name))
 
 
@@ -82,16 +95,16 @@ class JobCollector:
 
     def add(self, event: Any, time: int) -> None:
         """Take in a JobEvent."""
-        kind = int(getattr(event, "event", -1))
-        if kind == FORGOTTEN:
-            self.note_forgotten(event, time)
-        elif kind in STATES and event.job_id:
-            self.jobs.setdefault(event.job_id, Job(event.job_id)).add(event, time)
+        status = event.status
+        digest = str(getattr(event, "part_digest", ""))
+        if getattr(event, "part_forgotten", False):
+            self.note_forgotten(str(status.part_id), digest, time)
+        elif status.state in STATES and status.job_id:
+            self.jobs.setdefault(status.job_id, Job(status.job_id)).add(event, time)
 
-    def note_forgotten(self, message: Any, time: int) -> None:
-        """Take in that a part was forgotten, by a JobEvent or by PoseStatistics."""
-        part = (str(message.part_id), str(getattr(message, "part_digest", "")))
-        self.forgotten.setdefault(part, set()).add(time)
+    def note_forgotten(self, part_id: str, part_digest: str, time: int) -> None:
+        """Take in that a part was forgotten."""
+        self.forgotten.setdefault((part_id, part_digest), set()).add(time)
 
 
 @dataclass

@@ -13,6 +13,7 @@ from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import (
     DropRecords,
     JobEvent,
+    JobStatus,
     PartMesh,
     PoseCounts,
     PoseStatistics,
@@ -137,15 +138,28 @@ def counts(seconds, count, index=None, **fields):
 
 
 def event(seconds, kind, job_id="job_1", **fields):
-    """A JobEvent."""
+    """A JobEvent; fields of its status are told by their names."""
+    of_status = {
+        name: fields.pop(name)
+        for name in JobStatus.get_fields_and_field_types()
+        if name in fields
+    }
+    status = filled(
+        JobStatus(),
+        {
+            "state": getattr(JobStatus, kind, JobStatus.UNKNOWN),
+            "job_id": job_id,
+            "part_id": "clamp",
+            "drops_total": 1000,
+        },
+        of_status,
+    )
     return filled(
         stamped(JobEvent(), seconds),
         {
-            "event": getattr(JobEvent, kind),
-            "job_id": job_id,
-            "part_id": "clamp",
+            "status": status,
+            "part_forgotten": kind == "PART_FORGOTTEN",
             "part_digest": DIGEST,
-            "drops": 1000,
             "restitution": 0.5,
             "drop_height": 0.4,
             "cluster_tolerance": 0.005,

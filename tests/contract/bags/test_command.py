@@ -59,7 +59,9 @@ class TestReport:
                 ),
                 (
                     "job_events",
-                    event(30.0, "QUEUED", "job" * 20, drops=10_000_000, part_id=long),
+                    event(
+                        30.0, "QUEUED", "job" * 20, drops_total=10_000_000, part_id=long
+                    ),
                 ),
                 (
                     "job_events",

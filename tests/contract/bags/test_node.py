@@ -12,7 +12,7 @@ import yaml
 from geometry_msgs.msg import Inertia, Vector3
 from mcap.reader import make_reader
 from rclpy.serialization import deserialize_message, serialize_message
-from ros_pose_stats_msgs.msg import JobEvent, PoseCounts, PoseStatistics
+from ros_pose_stats_msgs.msg import JobStatus, PoseCounts, PoseStatistics
 from shape_msgs.msg import Mesh
 
 from ros_pose_stats import analyse_bags, part_from_mesh
@@ -101,16 +101,16 @@ def ask(client):
     jobs = {}
     for part_id, drops in (("flat", 1000), ("nested", 200)):
         job_id = start(client, part_id, drops, seed=9)
-        jobs[job_id] = JobEvent.DONE
+        jobs[job_id] = JobStatus.DONE
         answers.append(finished(client, job_id).statistics)
     job_id = start(client, "cad", LONG)
     running(client, job_id)
-    jobs[job_id] = JobEvent.CANCELLED
+    jobs[job_id] = JobStatus.CANCELLED
     answers.append(cancelled(client, job_id).statistics)
     goals = Goals(client)
     _, result = goals.send(part_id="millimetres", drops=300).result()
     goals.close()
-    jobs[result.job_id] = JobEvent.DONE
+    jobs[result.job_id] = JobStatus.DONE
     client.good("forget_part", part_id="cad")
     return [*answers, result.statistics], jobs
 
@@ -228,19 +228,20 @@ class TestTopics:
     def test_job_events_are_each_job_s_life(self, run):
         lives = defaultdict(list)
         for event in messages(run.bag, "job_events"):
-            lives[event.job_id].append(event)
-        assert [(event.event, event.part_id) for event in lives.pop("")] == [
-            (JobEvent.PART_FORGOTTEN, "cad")
-        ]
+            lives[event.status.job_id].append(event)
+        assert [
+            (event.part_forgotten, event.status.part_id) for event in lives.pop("")
+        ] == [(True, "cad")]
         assert {
-            job_id: [event.event for event in life] for job_id, life in lives.items()
+            job_id: [event.status.state for event in life]
+            for job_id, life in lives.items()
         } == {
-            job_id: [JobEvent.QUEUED, JobEvent.RUNNING, end]
+            job_id: [JobStatus.QUEUED, JobStatus.RUNNING, end]
             for job_id, end in run.ends.items()
         }
         answers = {message.job_id: message for message in run.answers}
         for job_id, life in lives.items():
-            assert life[-1].drops_done == answers[job_id].drops
+            assert life[-1].status.drops_done == answers[job_id].drops
             assert life[-1].part_digest == answers[job_id].part_digest
             assert {event.seed for event in life} == {answers[job_id].seed}
 
@@ -328,7 +329,7 @@ class TestReaders:
             for part in values["parts"]
             for job in part["jobs"]
         }
-        states = {JobEvent.DONE: "done", JobEvent.CANCELLED: "cancelled"}
+        states = {JobStatus.DONE: "done", JobStatus.CANCELLED: "cancelled"}
         assert jobs == {job_id: states[end] for job_id, end in run.ends.items()}
         assert values["files"][0]["state"] == "whole"
         (file,) = run.live.contents.files

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
+from ros_pose_stats_msgs.msg import Code
 
 from ros_pose_stats import analyse_bags
 from tests.contract.node.harness.bags import (
@@ -244,6 +245,8 @@ def assert_says_that_nothing_is_recorded(node, client, health):
     _, result = goals.send(part_id=statistics.part_id, drops=100).result()
     goals.close()
     assert result.success and unrecorded(result.statistics)
+    answered = client.good("estimate", part_id=statistics.part_id)
+    assert {answered.code, accepted.code, result.code} == {Code.NOT_RECORDED}
     line, values = health.line(
         "recording", lambda line, _: line.level == DiagnosticStatus.WARN
     )

@@ -12,6 +12,15 @@ from .recorders import write_plain, write_run
 
 STATISTICS = definition(f"{PACKAGE}/PoseStatistics")
 LINE = "=" * 80
+HEADER = f"""{LINE}
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+{LINE}
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
 OLD = f"""std_msgs/Header header
 string part_id
 string part_digest
@@ -22,15 +31,25 @@ StablePose[] poses
 MSG: ros_pose_stats_msgs/StablePose
 uint32 index
 float64 probability
-{LINE}
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-{LINE}
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-"""
+{HEADER}"""
+EVENT = f"""uint8 event
+std_msgs/Header header
+string job_id
+string part_id
+string part_digest
+bool refinement
+uint64 drops
+uint64 drops_done
+float64 restitution
+float64 drop_height
+float64 cluster_tolerance
+uint32 round_sides
+uint64 seed
+float64 target_error
+float64 max_seconds
+string message
+{HEADER}"""
+"""As version 0.2.0 had it."""
 ABOUT = {"part_id": "clamp", "part_digest": "d", "cluster_tolerance": 0.005}
 POSES = [{"index": 1, "probability": 0.25}, {"index": 0, "probability": 0.75}]
 
@@ -79,7 +98,11 @@ def test_older_versions_took_round_surfaces_as_the_file_has_them(tmp_path):
                 ("PoseStatistics", {"method": "combined", "poses": POSES}),
                 (
                     "JobEvent",
-                    {"event": 2, "job_id": "job_1", "seed": 192, "drop_height": 0.4},
+                    {
+                        "status": {"state": 2, "job_id": "job_1", "part_id": "clamp"},
+                        "seed": 192,
+                        "drop_height": 0.4,
+                    },
                 ),
                 ("PoseCounts", {"index": [0, 1], "count": [3, 1]}),
             )
@@ -157,3 +180,26 @@ def test_another_number_of_poses_under_the_same_numbering_is_left_out(tmp_path):
     contents = analyse_bags(tmp_path).contents
     assert len(contents.parts[0].histories[0].time) == 1
     assert "1 result left out, numbering" in contents.notes[0]
+
+
+def events_of_0_2(folder):
+    """A bag with the life of a simulation, and a part that was forgotten."""
+    job = {**ABOUT, "job_id": "job_1", "drops": 9, "seed": 7}
+    return write_plain(
+        folder / "events.mcap",
+        [
+            ("JobEvent", EVENT, {**job, "event": 1}),
+            ("JobEvent", EVENT, {**job, "event": 2}),
+            ("JobEvent", EVENT, {**job, "event": 5, "drops_done": 4, "message": "no"}),
+            ("JobEvent", EVENT, {**ABOUT, "event": 0}),
+        ],
+    )
+
+
+def test_events_of_0_2_are_read_with_the_states_of_today(tmp_path):
+    (part,) = analyse_bags(events_of_0_2(tmp_path)).contents.parts
+    (job,) = part.jobs
+    assert (job.state, job.drops, job.drops_done, job.seed) == ("failed", 9, 4, 7)
+    assert (job.part_id, job.message) == ("clamp", "no")
+    assert 0 < job.queued == job.started == job.ended
+    assert part.forgotten == (job.ended,)

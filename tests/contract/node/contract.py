@@ -72,6 +72,27 @@ FIXED = {
 }
 """What can be set at the start only."""
 
+CODES = {
+    "OK": 0,
+    "UNKNOWN_PART": 1,
+    "BAD_VALUE": 2,
+    "BAD_MESH": 3,
+    "BUSY": 4,
+    "TIMED_OUT": 5,
+    "NOT_RECORDED": 6,
+    "NOT_FOUND": 7,
+    "INTERNAL": 8,
+    "CANCELLED": 9,
+}
+STATES = {
+    "UNKNOWN": 0,
+    "QUEUED": 1,
+    "RUNNING": 2,
+    "DONE": 3,
+    "CANCELLED": 4,
+    "FAILED": 5,
+}
+
 FIELDS = {
     "PartMesh": "header part_id mesh vertices triangles unit inertia restitution "
     "drop_height mesh_resource mesh_resource_unit body",
@@ -84,6 +105,9 @@ FIELDS = {
     "PoseCounts": "header part_id part_digest cluster_tolerance plate drop_height "
     "index count unclassified from_pose feeder_speed",
     "ObservedParts": "header part_id poses confidence from_pose feeder_speed",
+    "JobStatus": "job_id part_id state code drops_done drops_total",
+    "JobEvent": "header status part_forgotten part_digest refinement restitution "
+    "drop_height cluster_tolerance round_sides seed target_error max_seconds message",
     "DropRecords": "header job_id part_digest first_drop start_down pose_index impacts "
     "seconds energy_left stopped_at_trap",
 }

@@ -20,6 +20,7 @@ from .harness.camera import counted, lying, picture
 from .harness.cell import Health, MeshPublisher, latched
 from .harness.client import ask_until_answered, until, wait_for
 from .harness.jobs import finished, known_part, start
+from .harness.listed import rows
 from .harness.parts import (
     WEDGE,
     counts,
@@ -311,8 +312,8 @@ def test_two_nodes_have_parts_and_jobs_of_their_own(cell, tuned):
     for client, job_id, foreign_job, statistics in zip(
         (cell, tuned), jobs, reversed(jobs), (first, second), strict=True
     ):
-        assert finished(client, job_id).drops_done == 500
-        assert foreign_job not in client.call("list_drop_simulations").job_id
+        assert finished(client, job_id).status.drops_done == 500
+        assert foreign_job not in [row.job_id for row in rows(client)]
         with client.late_joiner() as joiner:
             assert joiner.wait(part_id).part_digest == statistics.part_digest
 

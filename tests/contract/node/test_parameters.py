@@ -161,7 +161,7 @@ class TestScene:
         tuned.set(
             restitution=0.25, plate="oak", max_job_seconds=1.0, cluster_tolerance=0.0
         )
-        until(lambda: get(tuned, job_id).drops_done > 500)
+        until(lambda: get(tuned, job_id).status.drops_done > 500)
         statistics = cancelled(tuned, job_id).statistics
         assert (
             statistics.restitution,
@@ -251,7 +251,7 @@ class TestBoundsOfWork:
     def test_numbers_of_jobs(self, tuned):
         part_id = known_part(tuned)
         tuned.set(drops=123, max_drops=1000, max_queued_jobs=0)
-        assert finished(tuned, start(tuned, part_id, 0)).drops_total == 123
+        assert finished(tuned, start(tuned, part_id, 0)).status.drops_total == 123
         assert "1000" in tuned.refused(
             "start_drop_simulation", part_id=part_id, drops=1001
         )

@@ -139,7 +139,7 @@ class TestFlips:
             cell.good("feeding", part_id=part_id, kick_height=4 * KICK, **ASKED).flips
             > 0.0
         )
-        assert not goal.ended and reached(cell, job_id, RUNNING).drops_done > 0
+        assert not goal.ended and reached(cell, job_id, RUNNING).status.drops_done > 0
         goal.cancel()
         goal.result()
         goals.close()

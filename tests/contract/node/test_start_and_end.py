@@ -16,7 +16,7 @@ from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.action import SimulateDrops
-from ros_pose_stats_msgs.msg import JobEvent, PoseCounts
+from ros_pose_stats_msgs.msg import JobStatus, PoseCounts
 from rosgraph_msgs.msg import Clock
 from shape_msgs.msg import Mesh
 
@@ -30,6 +30,7 @@ from .harness.cell import Health, MeshPublisher, cell_of, latched
 from .harness.client import CANCELLED, RUNNING, until, wait_for
 from .harness.goals import Goals
 from .harness.jobs import LONG, finished, known_part, running_with_results, start
+from .harness.listed import rows
 from .harness.parts import WEDGE, flat, mesh, new_id
 from .harness.slow import builder_at_work, ellipsoid, standing
 
@@ -343,10 +344,7 @@ def ended(domain, tmp_path_factory):
         client,
     ):
         part_id = known_part(client)
-        until(
-            lambda: RUNNING in client.call("list_drop_simulations").state,
-            "a refinement",
-        )
+        until(lambda: RUNNING in [row.state for row in rows(client)], "a refinement")
         outcomes["running"] = start(client, part_id, LONG, seed=5)
         outcomes["queued"] = start(client, part_id, LONG, seed=6)
         running_with_results(client, outcomes["running"])
@@ -394,14 +392,14 @@ def test_jobs_are_cancelled_once_and_what_was_done_is_kept(ended):
     } <= endings.keys()
     assert len(endings) == 4  # with the refinement
     for events in endings.values():
-        assert [event.event for event in events] == [JobEvent.CANCELLED]
+        assert [event.status.state for event in events] == [JobStatus.CANCELLED]
         assert events[0].message == "the node ended"
     last = [
         answer
         for answer in recorded(folder, "answers")
         if answer.job_id == outcomes["running"] and answer.final
     ][-1]
-    assert last.drops == endings[outcomes["running"]][0].drops_done > 0
+    assert last.drops == endings[outcomes["running"]][0].status.drops_done > 0
 
 
 def assert_ends_with_its_process(remains):

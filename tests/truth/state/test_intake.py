@@ -13,10 +13,19 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Vector3
 from rclpy.serialization import serialize_message
-from ros_pose_stats_msgs.msg import JobEvent, PoseCounts, PoseStatistics, StablePose
+from ros_pose_stats_msgs import srv
+from ros_pose_stats_msgs.msg import (
+    Code,
+    JobEvent,
+    JobStatus,
+    PoseCounts,
+    PoseStatistics,
+    StablePose,
+)
 
 from lab.bodies import exports
 from ros_pose_stats import part_from_mesh, resting_poses
+from ros_pose_stats.base import errors
 from ros_pose_stats.base.errors import BatchError, MeshError, RequestError
 from ros_pose_stats.base.worker import WorkerProcess
 from ros_pose_stats.core.mesh.bodies.overlap import TakesLongError
@@ -26,7 +35,8 @@ from ros_pose_stats.node.answering_node import answer_request
 from ros_pose_stats.node.equipment import Equipment
 from ros_pose_stats.node.jobs import JobListener, JobRequest, Jobs, State, job_reports
 from ros_pose_stats.node.jobs.refinement import Refinement
-from ros_pose_stats.node.lanes import Lane, Lanes, Rank, finished_future, refusal_at_end
+from ros_pose_stats.node.lanes import Lane, Lanes, Rank, finished_future
+from ros_pose_stats.node.messages.codes import refusal_at_end
 from ros_pose_stats.node.messages.part_requests import PartRequest
 from ros_pose_stats.node.parts.channel import Channel
 from ros_pose_stats.node.parts.intake import LARGE_BYTES, Intake
@@ -202,6 +212,27 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
     )
 
 
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (refusal_at_end(), Code.BUSY),
+        (errors.TimedOutError("a second", "two", "wait"), Code.TIMED_OUT),
+        (errors.MeshFileError("a mesh", "none", "send one"), Code.BAD_MESH),
+        (errors.MassPropertiesError("a mass", "none", "give it"), Code.BAD_VALUE),
+        (errors.PoseStatsError("work", "none", "see the log"), Code.INTERNAL),
+        (OSError("no room"), Code.INTERNAL),
+    ],
+)
+def test_a_failure_has_a_code_too(error, code):
+    failures = []
+    response = srv.ForgetPart.Response()
+    answer = answer_request(
+        Mock(side_effect=error), failures.append, srv.ForgetPart.Request(), response
+    ).result(60.0)
+    assert (answer.success, answer.code) == (False, code)
+    assert len(failures) == isinstance(error, OSError)
+
+
 def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
     begun = threading.Event()
     may_end = threading.Event()
@@ -217,7 +248,7 @@ def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
             service.answer,
             print,
             SimpleNamespace(plate="", apply=False),
-            SimpleNamespace(success=False),
+            SimpleNamespace(success=False, message=""),
         )
         for _ in range(2)
     ]
@@ -413,7 +444,11 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     parts = Mock(current=lambda name: part)
     reports = job_reports.JobReports(equipment, parts)
     state.commit(
-        state.put(job_reports.job_change(JobEvent(job_id="run_0000", event=2)))
+        state.put(
+            job_reports.job_change(
+                JobEvent(status=JobStatus(job_id="run_0000", state=JobStatus.RUNNING))
+            )
+        )
     )
     reports.restore()
     outcome = Mock(drops=9, expected_error=0.1, drop_height=None, warnings=())
@@ -453,8 +488,10 @@ def test_the_newest_results_of_ended_jobs_are_kept_within_256_mebibytes():
     rows = {
         name: (
             name,
-            JobEvent.DONE,
-            serialize_message(JobEvent(job_id=name, event=JobEvent.DONE)),
+            JobStatus.DONE,
+            serialize_message(
+                JobEvent(status=JobStatus(job_id=name, state=JobStatus.DONE))
+            ),
             bytes(2**27),
         )
         for name in ("run_0001", "run_0002", "run_0003")

@@ -219,7 +219,7 @@ def _strange_bytes(client, setting):
     """As only a broken client sends them: the middleware drops most; how many were
     sent.
     """
-    jobs_before = len(client.call("list_drop_simulations").job_id)
+    jobs_before = len(client.call("list_drop_simulations").jobs)
     number = setting.of(RAW, 5)
     command = [
         sys.executable,
@@ -243,7 +243,7 @@ def _strange_bytes(client, setting):
             assert "nobody" in client.call(name, **{field: "nobody"}).message
         stranger.stdin.close()
         assert stranger.wait() == 0
-    assert len(client.call("list_drop_simulations").job_id) >= jobs_before
+    assert len(client.call("list_drop_simulations").jobs) >= jobs_before
     return number * len(SERVICES)
 
 

@@ -91,12 +91,8 @@ def ends(log_directory):
     """Events that end a job, by job."""
     endings = {}
     for event in recorded(log_directory, "job_events"):
-        if event.event in (
-            msg.JobEvent.DONE,
-            msg.JobEvent.CANCELLED,
-            msg.JobEvent.FAILED,
-        ):
-            endings.setdefault(event.job_id, []).append(event)
+        if event.status.state >= msg.JobStatus.DONE:
+            endings.setdefault(event.status.job_id, []).append(event)
     return endings
 
 

@@ -11,7 +11,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from ros_pose_stats_msgs import srv
-from ros_pose_stats_msgs.msg import PoseStatistics
+from ros_pose_stats_msgs.msg import Code, PoseStatistics
 
 from .node import PATIENCE
 
@@ -173,6 +173,7 @@ class Client:
         """Call a service that must refuse, in one line; its message."""
         answer = self.call(name, **fields)
         assert not answer.success
+        assert answer.code not in (Code.OK, Code.INTERNAL)
         assert answer.message and "\n" not in answer.message
         assert "internal failure" not in answer.message
         return answer.message

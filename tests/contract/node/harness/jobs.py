@@ -28,10 +28,10 @@ def get(client, job_id):
 def reached(client, job_id, state):
     """Wait for a state, or for the end; what Get says then."""
     job = until(
-        lambda: (answer := get(client, job_id)).state >= state and answer,
+        lambda: (answer := get(client, job_id)).status.state >= state and answer,
         f"state {state} of {job_id}",
     )
-    assert job.state == state, (job.state, job.message)
+    assert job.status.state == state, (job.status, job.message)
     return job
 
 
@@ -43,7 +43,7 @@ def running_with_results(client, job_id):
     """Wait until a job has some drops to show."""
     return until(
         lambda: (
-            (answer := get(client, job_id)).state != QUEUED
+            (answer := get(client, job_id)).status.state != QUEUED
             and answer.statistics.drops > 0
             and answer
         ),
@@ -60,17 +60,13 @@ def cancelled(client, job_id):
 def cancel_all(client):
     """Empty the queue."""
     listed = client.call("list_drop_simulations")
-    unfinished = [
-        job_id
-        for job_id, state in zip(listed.job_id, listed.state, strict=True)
-        if state in (QUEUED, RUNNING)
-    ]
+    unfinished = [job.job_id for job in listed.jobs if job.state in (QUEUED, RUNNING)]
     for job_id in reversed(unfinished):
         client.call("cancel_drop_simulation", job_id=job_id)
     for job_id in unfinished:
         until(
             lambda job_id=job_id: (
-                client.call("get_drop_simulation", job_id=job_id).state
+                client.call("get_drop_simulation", job_id=job_id).status.state
                 not in (QUEUED, RUNNING)
             )
         )

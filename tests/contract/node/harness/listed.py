@@ -21,22 +21,10 @@ class Row(NamedTuple):
 
 def rows(client):
     """All jobs, in the order of their acceptance."""
-    listed = client.call("list_drop_simulations")
-    answer = list(
-        map(
-            Row,
-            listed.job_id,
-            listed.part_id,
-            listed.state,
-            listed.drops_done,
-            listed.drops_total,
-        )
-    )
-    assert answer == [
-        (job.job_id, job.part_id, job.state, job.drops_done, job.drops_total)
-        for job in listed.jobs
+    return [
+        Row(job.job_id, job.part_id, job.state, job.drops_done, job.drops_total)
+        for job in client.good("list_drop_simulations").jobs
     ]
-    return answer
 
 
 def jobs_of(client, part_id):
@@ -64,4 +52,8 @@ def recorded_of(node, topic, part_id):
         for data in raw_of(node.log_directory, name)
         if sign in data
     )
-    return [message for message in messages if message.part_id == part_id]
+    return [
+        message
+        for message in messages
+        if getattr(message, "status", message).part_id == part_id
+    ]

@@ -5,7 +5,7 @@ import threading
 
 from rclpy.action import ActionClient
 from ros_pose_stats_msgs.action import SimulateDrops
-from ros_pose_stats_msgs.msg import JobEvent
+from ros_pose_stats_msgs.msg import JobStatus
 
 from .bags import message_of, on_topic, values_of
 from .client import DONE, until
@@ -53,19 +53,20 @@ class Told:
 
 
 def events(recorded):
-    """Kinds of the events of each job, in order."""
+    """States of each job by its events, in order."""
     events_by_job = {}
     for topic, data in recorded:
         if topic == on_topic("job_events"):
             event = message_of(topic, data)
-            events_by_job.setdefault(event.job_id, []).append(event.event)
+            status = event.status
+            events_by_job.setdefault(status.job_id, []).append(status.state)
     events_by_job.pop("", None)
     return events_by_job
 
 
 def unfinished(events_by_job):
     """Jobs that were accepted and have no end."""
-    ended = {JobEvent.DONE, JobEvent.CANCELLED, JobEvent.FAILED}
+    ended = {JobStatus.DONE, JobStatus.CANCELLED, JobStatus.FAILED}
     return {job_id for job_id, kinds in events_by_job.items() if not ended & set(kinds)}
 
 
@@ -159,8 +160,8 @@ class Witness:
         while (
             job := self._ask("get_drop_simulation", job_id=answer.job_id)
         ) is not None:
-            if job.state >= DONE:
-                self._told.end(answer.job_id, job.state, job.statistics)
+            if job.status.state >= DONE:
+                self._told.end(answer.job_id, job.status.state, job.statistics)
                 return
 
     def _follow_goal(self, chance):
@@ -173,5 +174,5 @@ class Witness:
         answer = None if handle is None else self._wait(handle.get_result_async())
         if answer is not None:
             self._told.accepted.add(answer.result.job_id)
-            state = JobEvent.DONE if answer.result.success else JobEvent.CANCELLED
+            state = JobStatus.DONE if answer.result.success else JobStatus.CANCELLED
             self._told.end(answer.result.job_id, state, answer.result.statistics)

@@ -36,7 +36,7 @@ class TestSuccess:
         expected = simulate(library_part(WEDGE), 1000, seed=3)
         assert counts(result.statistics.poses) == counts(expected.poses)
         answer = get(cell, result.job_id)
-        assert (answer.state, whole(answer.statistics)) == (
+        assert (answer.status.state, whole(answer.statistics)) == (
             DONE,
             whole(result.statistics),
         )
@@ -82,7 +82,7 @@ class TestCancel:
         assert "cancelled" in result.message
         expected = simulate(library_part(WEDGE), result.statistics.drops, seed=5)
         assert counts(result.statistics.poses) == counts(expected.poses)
-        assert get(cell, result.job_id).state == CANCELLED
+        assert get(cell, result.job_id).status.state == CANCELLED
 
     def test_queued_ends_alone(self, goals, cell):
         part_id = known_part(cell)
@@ -103,7 +103,7 @@ class TestSharing:
         fields = {"part_id": part_id, "drops": 5000, "seed": 4}
         twins = [goals.send(**fields) for _ in range(2)]
         job_id = start(cell, **fields)
-        assert get(cell, job_id).state == QUEUED
+        assert get(cell, job_id).status.state == QUEUED
         cell.good("cancel_drop_simulation", job_id=blocker)
         (first, first_status), (second, second_status) = (
             goal.result() for goal in twins

@@ -1,8 +1,7 @@
 """How clients follow, list and cancel drop simulations."""
 
 import pytest
-from ros_pose_stats_msgs.msg import JobEvent
-from ros_pose_stats_msgs.srv import GetDropSimulation
+from ros_pose_stats_msgs.msg import JobStatus
 
 from ros_pose_stats import simulate
 
@@ -25,7 +24,7 @@ from ..harness.parts import WEDGE, counts, library_part
 def test_unknown_jobs_are_refused(cell, service):
     assert "'none'" in cell.refused(service, job_id="none")
     answer = cell.call("get_drop_simulation", job_id="none")
-    assert answer.state == GetDropSimulation.Response.UNKNOWN
+    assert answer.status.state == JobStatus.UNKNOWN
 
 
 def test_first_come_first_served(cell, shared_node):
@@ -34,21 +33,24 @@ def test_first_come_first_served(cell, shared_node):
     jobs = [start(cell, part_id, 100 + seed, seed=seed) for seed in range(1, 9)]
     for job_id in jobs:
         finished(cell, job_id)
-    kinds = JobEvent.QUEUED, JobEvent.RUNNING, JobEvent.DONE
+    states = JobStatus.QUEUED, JobStatus.RUNNING, JobStatus.DONE
 
     def all_events():
         events_by_job = recorded_of(shared_node, "job_events", part_id)
-        return events_by_job if len(events_by_job) == len(kinds) * len(jobs) else None
+        return events_by_job if len(events_by_job) == len(states) * len(jobs) else None
 
     events = until(all_events, "all events")
-    for kind in kinds:
-        assert [event_.job_id for event_ in events if event_.event == kind] == jobs
+    for state in states:
+        assert [
+            event.status.job_id for event in events if event.status.state == state
+        ] == jobs
     last = next(
-        event_
-        for event_ in events
-        if (event_.event, event_.job_id) == (JobEvent.DONE, jobs[-1])
+        event
+        for event in events
+        if (event.status.state, event.status.job_id) == (JobStatus.DONE, jobs[-1])
     )
-    assert (last.drops, last.drops_done, last.seed, last.refinement) == (
+    status = last.status
+    assert (status.drops_total, status.drops_done, last.seed, last.refinement) == (
         108,
         108,
         8,
@@ -65,7 +67,8 @@ def test_waiting_then_running_then_done_and_listed_in_the_order_of_acceptance(ce
     second = start(cell, part_id, 500, seed=1)
     reached(cell, first, RUNNING)
     waiting = get(cell, second)
-    assert (waiting.state, waiting.drops_done, waiting.drops_total) == (QUEUED, 0, 500)
+    status = waiting.status
+    assert (status.state, status.drops_done, status.drops_total) == (QUEUED, 0, 500)
     assert waiting.statistics.part_id == "" and len(waiting.statistics.poses) == 0
     listed = [
         row._replace(done=0) if row.state == RUNNING else row for row in rows(cell)[-3:]
@@ -84,12 +87,12 @@ def test_a_running_job_shows_a_prefix_that_grows(cell):
     early = running_with_results(cell, job_id)
     late = until(
         lambda: (
-            (later := get(cell, job_id)).drops_done > early.drops_done
+            (later := get(cell, job_id)).status.drops_done > early.status.drops_done
             and later.statistics.drops > 4 * early.statistics.drops
             and later
         )
     )
-    assert late.state == RUNNING and not late.statistics.final
+    assert late.status.state == RUNNING and not late.statistics.final
     assert late.statistics.revision > early.statistics.revision
     assert late.statistics.expected_error < early.statistics.expected_error
     expected = simulate(library_part(WEDGE), early.statistics.drops, seed=6)
@@ -102,7 +105,9 @@ class TestCancel:
         running_with_results(cell, job_id)
         answer = cancelled(cell, job_id)
         statistics = answer.statistics
-        assert 0 < statistics.drops == answer.drops_done < LONG and statistics.final
+        assert (
+            0 < statistics.drops == answer.status.drops_done < LONG and statistics.final
+        )
         expected = simulate(library_part(WEDGE), statistics.drops, seed=8)
         assert counts(statistics.poses) == counts(expected.poses)
         message = cell.refused("cancel_drop_simulation", job_id=job_id)
@@ -117,4 +122,4 @@ class TestCancel:
             cell.send("start_drop_simulation", part_id=part_id, drops=LONG, seed=1)
         ).job_id
         reached(cell, first, CANCELLED)
-        assert answer == first or get(cell, answer).state in UNFINISHED
+        assert answer == first or get(cell, answer).status.state in UNFINISHED

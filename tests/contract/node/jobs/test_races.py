@@ -6,14 +6,14 @@ from random import Random
 
 import pytest
 from action_msgs.msg import GoalStatus
-from ros_pose_stats_msgs.msg import JobEvent
+from ros_pose_stats_msgs.msg import JobStatus
 
 from ..harness.client import CANCELLED, DONE, until, wait_for
 from ..harness.goals import Goals
 from ..harness.jobs import LONG, cancelled, get, known_part, start
 from ..harness.listed import UNFINISHED, recorded_of, rows
 
-ENDS = {JobEvent.DONE: DONE, JobEvent.CANCELLED: CANCELLED}
+ENDS = {JobStatus.DONE: DONE, JobStatus.CANCELLED: CANCELLED}
 
 
 def assert_each_ended_once(client, node, part_id):
@@ -23,10 +23,12 @@ def assert_each_ended_once(client, node, part_id):
         ended = {}
         accepted = set()
         for event in recorded_of(node, "job_events", part_id):
-            if event.event == JobEvent.QUEUED:
-                accepted.add(event.job_id)
-            elif event.event in ENDS:
-                ended.setdefault(event.job_id, []).append(ENDS[event.event])
+            if event.status.state == JobStatus.QUEUED:
+                accepted.add(event.status.job_id)
+            elif event.status.state in ENDS:
+                ended.setdefault(event.status.job_id, []).append(
+                    ENDS[event.status.state]
+                )
         return ended if accepted == ended.keys() else None
 
     ended = until(told, "the ends of all jobs in the bag")
@@ -34,7 +36,7 @@ def assert_each_ended_once(client, node, part_id):
         row.job_id for row in rows(client) if row.part_id == part_id
     }
     for job_id, states in ended.items():
-        assert states == [get(client, job_id).state]
+        assert states == [get(client, job_id).status.state]
     return ended
 
 
@@ -48,10 +50,10 @@ def test_a_cancel_at_once_after_the_acceptance(cell, shared_node, length):
         goal.cancel()
         status, result = goal.result()
         if status == GoalStatus.STATUS_CANCELED:
-            assert get(cell, result.job_id).state == CANCELLED
+            assert get(cell, result.job_id).status.state == CANCELLED
         else:
             assert (length, status) == (1, GoalStatus.STATUS_SUCCEEDED), result.message
-            assert get(cell, result.job_id).state == DONE
+            assert get(cell, result.job_id).status.state == DONE
     goals.close()
     assert len(assert_each_ended_once(cell, shared_node, part_id)) == 15
 
@@ -139,5 +141,5 @@ def test_the_newest_thousand_that_have_ended_are_kept(tuned):
     assert job_ids == [long, *jobs[-1000:]]
     assert f"'{jobs[0]}'" in tuned.refused("get_drop_simulation", job_id=jobs[0])
     cancelled(tuned, long)
-    assert get(tuned, long).state == CANCELLED
+    assert get(tuned, long).status.state == CANCELLED
     assert len(rows(tuned)) == 1000

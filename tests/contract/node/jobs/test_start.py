@@ -22,7 +22,8 @@ class TestResults:
         assert answer.statistics.expected_error == pytest.approx(
             expected.expected_error
         )
-        assert (answer.drops_done, answer.drops_total, answer.message) == (
+        status = answer.status
+        assert (status.drops_done, status.drops_total, answer.message) == (
             3000,
             3000,
             "",

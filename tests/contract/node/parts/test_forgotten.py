@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 import pytest
-from ros_pose_stats_msgs.msg import JobEvent
+from ros_pose_stats_msgs.msg import JobStatus
 
 from ..harness.cell import latched
 from ..harness.client import RUNNING, is_farewell, until
@@ -65,10 +65,8 @@ def test_a_subscriber_hears_it_once_and_last(cell, shared_node):
         message.part_id for message in cell.good("get_statistics").statistics
     }
     (event,) = recorded_of(shared_node, "job_events", part_id)
-    assert (event.event, event.header.stamp) == (
-        JobEvent.PART_FORGOTTEN,
-        last.header.stamp,
-    )
+    assert event.part_forgotten and event.header.stamp == last.header.stamp
+    assert event.status == JobStatus(part_id=part_id)
 
 
 def test_late_joiners_hear_nothing_and_its_publisher_goes(tuned):

@@ -98,7 +98,7 @@ def test_an_estimate_gives_way_to_its_check_whatever_its_error(cell):
 def test_a_cancelled_simulation_counts_with_what_it_has(cell):
     part_id = known_part(cell)
     job_id = start(cell, part_id, LONG, seed=1)
-    until(lambda: get(cell, job_id).drops_done > 5000)
+    until(lambda: get(cell, job_id).status.drops_done > 5000)
     drops = cancelled(cell, job_id).statistics.drops
     latched_statistics = latched(cell, part_id)
     assert (

@@ -35,7 +35,7 @@ def test_a_client_s_job_is_served_first_and_the_refinement_begins_again(tuned):
     refinement = only_job_of(tuned, part_id)
     reached(tuned, refinement, RUNNING)
     finished(tuned, start(tuned, part_id, 300, seed=1))
-    assert get(tuned, refinement).state in UNFINISHED
+    assert get(tuned, refinement).status.state in UNFINISHED
     reached(tuned, refinement, RUNNING)
 
 
@@ -77,7 +77,7 @@ def test_a_refinement_ends_with_what_it_was_for(tuned, end):
     part_id = known_part(tuned)
     job_id = only_job_of(tuned, part_id)
     end(tuned, part_id)
-    until(lambda: get(tuned, job_id).state not in UNFINISHED)
+    until(lambda: get(tuned, job_id).status.state not in UNFINISHED)
 
 
 def test_a_full_queue_refuses_clients_only(tuned):
@@ -85,7 +85,7 @@ def test_a_full_queue_refuses_clients_only(tuned):
     start(tuned, known_part(tuned), LONG)
     tuned.set(refine_drops=1000)
     part_id = known_part(tuned)
-    assert get(tuned, only_job_of(tuned, part_id)).state == QUEUED
+    assert get(tuned, only_job_of(tuned, part_id)).status.state == QUEUED
     assert "max_queued_jobs" in tuned.refused(
         "start_drop_simulation", part_id=part_id, drops=9
     )

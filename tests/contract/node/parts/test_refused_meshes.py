@@ -6,7 +6,7 @@ from array import array
 
 import pytest
 from geometry_msgs.msg import Inertia, Vector3
-from ros_pose_stats_msgs.msg import PartMesh
+from ros_pose_stats_msgs.msg import Code, PartMesh
 
 from lab.bodies import shapes
 from lab.bodies.variants import subdivided
@@ -197,18 +197,19 @@ class TestLargeOnes:
             "start_drop_simulation", part=flat(sheet, part_id), drops=100
         ).job_id
         goal = goals.send(part=flat((2.0 * sheet[0], sheet[1]), new_id()), drops=100)
-        assert finished(cell, start(cell, quick_part, 100)).drops_done == 100
+        assert finished(cell, start(cell, quick_part, 100)).status.drops_done == 100
         failed = reached(cell, job_id, FAILED)
-        assert failed.message.startswith("expected ") and failed.drops_done == 0
+        assert failed.message.startswith("expected ") and failed.status.drops_done == 0
         assert part_id in cell.refused("estimate", part_id=part_id)
         _, result = goal.result()
         goals.close()
         assert not result.success and result.message.startswith("expected ")
+        assert failed.status.code == result.code == Code.BAD_MESH
 
     def test_a_nameless_one_twice_is_one_job(self, cell, ball):
         fields = {"part": flat(ball), "drops": 5_000_000, "seed": 3}
         first, second = (
             cell.good("start_drop_simulation", **fields).job_id for _ in range(2)
         )
-        until(lambda: get(cell, first).drops_done > 0)
+        until(lambda: get(cell, first).status.drops_done > 0)
         assert first == second == cell.good("start_drop_simulation", **fields).job_id

@@ -147,10 +147,10 @@ class TestARequest:
         job_id = job_named(
             tuned.good("estimate", part_id=part_id, target_error=1e-5).message
         )
-        until(lambda: get(tuned, job_id).drops_done > 5000)
+        until(lambda: get(tuned, job_id).status.drops_done > 5000)
         assert not tuned.good("estimate", part_id=part_id).statistics.job_id
         ended = cancelled(tuned, job_id)
-        assert ended.state == CANCELLED and ended.statistics.method == "hybrid"
+        assert ended.status.state == CANCELLED and ended.statistics.method == "hybrid"
         latched_statistics = latched(tuned, part_id)
         assert (
             latched_statistics.method,

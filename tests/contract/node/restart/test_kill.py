@@ -78,10 +78,14 @@ class Killings:
     def _look_at(self, client, jobs):
         """Those that were cut off have ended."""
         for job_id in jobs:
-            assert client.good("get_drop_simulation", job_id=job_id).state >= DONE
+            assert (
+                client.good("get_drop_simulation", job_id=job_id).status.state >= DONE
+            )
         self.ended_by_start += len(jobs)
         for job_id, state in self.told.ends.items():
-            assert client.good("get_drop_simulation", job_id=job_id).state == state
+            assert (
+                client.good("get_drop_simulation", job_id=job_id).status.state == state
+            )
 
 
 @pytest.mark.long
@@ -103,7 +107,9 @@ def test_nothing_acknowledged_is_lost(domain, tmp_path, seed):
         for job_id in unfinished(
             lives
         ):  # killed before the end of its job was on record
-            assert client.good("get_drop_simulation", job_id=job_id).state >= DONE
+            assert (
+                client.good("get_drop_simulation", job_id=job_id).status.state >= DONE
+            )
     killings.told.assert_in(recorded)
     assert all(
         len([kind for kind in kinds if kind >= DONE]) <= 1 for kinds in lives.values()

@@ -6,7 +6,7 @@ import shutil
 from types import SimpleNamespace
 
 import pytest
-from ros_pose_stats_msgs.msg import JobEvent
+from ros_pose_stats_msgs.msg import JobStatus
 from shape_msgs.msg import Mesh
 
 from tests.running import refusal
@@ -16,6 +16,7 @@ from ..harness.camera import counted, counting, learnt
 from ..harness.cell import Health, MeshPublisher, cell_of, latched
 from ..harness.client import CANCELLED, Client, until, wait_for
 from ..harness.jobs import LONG, finished, get, running_with_results, start
+from ..harness.listed import rows
 from ..harness.node import NodeProcess
 from ..harness.parts import (
     WEDGE,
@@ -125,7 +126,7 @@ def lives(begin, domain, folder):
         first_life(client)
         remembered.first = shown(client)
         remembered.fed = fed(client)
-        remembered.done = client.call("list_drop_simulations").job_id
+        remembered.done = [row.job_id for row in rows(client)]
         remembered.answers = {job_id: get(client, job_id) for job_id in remembered.done}
     with begin() as (node, client):
         assert_restored(
@@ -148,7 +149,7 @@ def lives(begin, domain, folder):
         with cell_of(domain, folder, "other") as (other_node, guest):
             remembered.others = (
                 shown(guest),
-                guest.call("list_drop_simulations").job_id,
+                [row.job_id for row in rows(guest)],
                 other_node.log,
             )
             for part_id in ("unwanted", "asked for", "first"):
@@ -241,16 +242,16 @@ def test_a_kill_loses_nothing_that_was_acknowledged(lives, third, folder):
         third.shown["simulated"].drops == 20_000 and third.shown["seen"].observed == 102
     )
     assert third.shown["own scene"].part_digest == lives.first["own scene"].part_digest
-    assert third.job.state == CANCELLED and "the node ended" in third.job.message
+    assert third.job.status.state == CANCELLED and "the node ended" in third.job.message
     assert third.job.statistics.final is bool(third.job.statistics.drops)
     assert lives.bag.name in third.repair and f"{lives.bag.name} mended" in third.log
     assert_readable_by_others(lives.bag)
     ends = [
-        event.event
+        event.status.state
         for event in recorded(folder, "job_events")
-        if event.job_id == lives.job_id and event.event >= JobEvent.DONE
+        if event.status.job_id == lives.job_id and event.status.state >= JobStatus.DONE
     ]
-    assert ends == [JobEvent.CANCELLED]
+    assert ends == [JobStatus.CANCELLED]
 
 
 def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
@@ -276,9 +277,9 @@ def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
         part_ids = set(current) - {"own scene"}
         node.kill()
     cancelled = [
-        event.job_id
-        for event in recorded(folder, "job_events")
-        if event.event == JobEvent.CANCELLED and event.job_id == lives.job_id
+        status.job_id
+        for status in (event.status for event in recorded(folder, "job_events"))
+        if status.state == JobStatus.CANCELLED and status.job_id == lives.job_id
     ]
     assert len(cancelled) == 1
     for bag in bags_of(folder):
@@ -286,7 +287,7 @@ def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
     with begin() as (_, client):
         until(lambda: shown(client).keys() == part_ids, "all results")
         assert latched(client, "seen").observed == 102
-        assert get(client, lives.job_id).state == CANCELLED
+        assert get(client, lives.job_id).status.state == CANCELLED
     (file,) = folder.glob("lives.*.sqlite3")
     file.write_bytes(file.read_bytes()[:-5000])
     with begin(restore="false") as (node, client):

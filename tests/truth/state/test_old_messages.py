@@ -1,0 +1,32 @@
+"""Messages of version 0.2.0 in a state become those of today."""
+
+import pytest
+from rclpy.serialization import deserialize_message
+from ros_pose_stats_msgs.msg import Code, JobEvent, JobStatus
+
+from ros_pose_stats.node.recorder import convert_to_installed
+from ros_pose_stats.node.recording.reader import read_messages
+from tests.contract.bags.test_versions import events_of_0_2
+
+
+def of_today(file, kind):
+    """The messages of a bag as a state of today has them."""
+    return [
+        deserialize_message(
+            convert_to_installed(kind.__name__, message.definition, message.data), kind
+        )
+        for message in read_messages(file, pytest.fail, lambda share: None)
+    ]
+
+
+def test_events_have_the_status_of_their_simulation(tmp_path):
+    queued, _, failed, forgotten = of_today(events_of_0_2(tmp_path), JobEvent)
+    assert queued.status == JobStatus(
+        job_id="job_1", part_id="clamp", state=JobStatus.QUEUED, drops_total=9
+    )
+    assert (failed.status.state, failed.status.code) == (
+        JobStatus.FAILED,
+        Code.INTERNAL,
+    )
+    assert (failed.message, failed.seed, failed.part_digest) == ("no", 7, "d")
+    assert forgotten.part_forgotten and not failed.part_forgotten
