@@ -12,7 +12,7 @@ from tests.answers import write_stl
 from tests.clusters import scheduler, worker
 from tests.running import answer, answer_json
 
-TABLES = "catalogue.csv", "poses.csv"
+from .parts import TABLES
 
 
 @pytest.mark.long
