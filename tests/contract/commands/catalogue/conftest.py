@@ -1,5 +1,7 @@
 """Catalogues, made once a file of tests."""
 
+import shutil
+
 import pytest
 
 from lab.bodies import shapes
@@ -47,11 +49,22 @@ def catalogue(home):
     return values, home / "out"
 
 
+@pytest.fixture(scope="module")
+def boxes(tmp_path_factory):
+    """A folder with two boxes, and one with their catalogue."""
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "parts").mkdir()
+    for name, length in (("flat", 10.0), ("high", 40.0)):
+        write_stl(folder / "parts" / f"{name}.stl", shapes.box(length, 20.0, 30.0))
+    made = folder / "out"
+    request = "catalogue", folder / "parts", "--unit", "mm", "--workers", 1
+    assert call(*request, "-o", made).returncode == 0
+    return request, made
+
+
 @pytest.fixture
-def made(tmp_path):
-    """A catalogue of a box, and how to ask for it again."""
-    file = tmp_path / "box.stl"
-    write_stl(file, shapes.box(10.0, 20.0, 30.0))
-    request = "catalogue", file, "--unit", "mm", "-o", tmp_path / "out", "--workers", 1
-    assert call(*request).returncode == 0
-    return tmp_path / "out", request
+def made(boxes, tmp_path):
+    """A copy of that catalogue, and how to ask for it again."""
+    request, made = boxes
+    shutil.copytree(made, tmp_path / "out")
+    return tmp_path / "out", (*request, "-o", tmp_path / "out")

@@ -1,4 +1,4 @@
-"""Parts in a catalogue: units, names, one that ends its process, drops, pictures."""
+"""Parts in a catalogue: units, names, one that ends its process, drops."""
 
 import os
 import re
@@ -130,20 +130,3 @@ def test_files_of_one_name_and_another_size_are_named_however_turned(tmp_path):
         == page.count("Check the unit of")
         == 1
     )
-
-
-def test_what_lies_under_the_name_of_a_picture_is_replaced(made, tmp_path):
-    """A pipe would be written to for ever, and a link leads to a file of somebody."""
-    folder, request = made
-    (picture,) = (folder / "pictures").rglob("*.png")
-    content = picture.read_bytes()
-    picture.unlink()
-    os.mkfifo(picture)
-    assert call(*request).returncode == 0
-    assert picture.read_bytes() == content
-    (tmp_path / "mine").touch()
-    picture.unlink()
-    picture.symlink_to(tmp_path / "mine")
-    assert call(*request).returncode == 0
-    assert picture.read_bytes() == content
-    assert (tmp_path / "mine").read_bytes() == b""

@@ -1,10 +1,11 @@
 """What a catalogue refuses, and that it leaves files as they were."""
 
+import os
 import sys
 
 import pytest
 
-from tests.running import refusal
+from tests.running import call, refusal
 
 from .parts import ASKED
 
@@ -77,3 +78,20 @@ def test_a_request_nested_without_end_is_refused(made):
     folder, request = made
     (folder / "request.json").write_text("[" * 100_000)
     assert "files without a readable request.json" in refusal(*request)
+
+
+def test_what_lies_under_the_name_of_a_picture_is_replaced(made, tmp_path):
+    """A pipe would be written to for ever, and a link leads to a file of somebody."""
+    folder, request = made
+    pictures = sorted((folder / "pictures").rglob("*.png"))
+    contents = [picture.read_bytes() for picture in pictures]
+    piped, linked = pictures
+    piped.unlink()
+    os.mkfifo(piped)
+    (tmp_path / "mine").touch()
+    linked.unlink()
+    linked.symlink_to(tmp_path / "mine")
+    assert call(*request).returncode == 0
+    assert [picture.read_bytes() for picture in pictures] == contents
+    assert not linked.is_symlink()
+    assert (tmp_path / "mine").read_bytes() == b""
