@@ -53,6 +53,9 @@ def tessellate(data: bytes, folder: str) -> bytes:
 _INDEX_CODES = {5121: "B", 5123: "H", 5125: "I"}
 """Types of the numbers of vertices in glTF."""
 
+_TRIANGLES = 4
+"""Mode of what glTF has as triangles; points and lines of construction have others."""
+
 _MOST_DEPTH = 100  # of nodes in nodes
 
 
@@ -90,6 +93,8 @@ def _glb_mesh(
 ) -> RawMesh:
     joined = RawMesh()
     for primitive in mesh["primitives"]:
+        if primitive.get("mode", _TRIANGLES) != _TRIANGLES:
+            continue
         first = len(joined.vertices) // 3
         position = document["accessors"][primitive["attributes"]["POSITION"]]
         joined.vertices.extend(iter(_glb_numbers(document, position, binary, "f", 3)))

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from lab.bodies.step_text import Disc, step_assembly, step_part
+from lab.bodies.step_text import Disc, StepText, step_assembly, step_part
 from ros_pose_stats import (
     PoseStatsError,
     auto,
@@ -49,7 +49,8 @@ pytestmark = pytest.mark.skipif(
     importlib.util.find_spec("cascadio") is None,
     reason="the extra `step` is not installed",
 )
-WHOLE = step_part(Disc(5.0, 2.0))
+WHOLE_DISC = Disc(5.0, 2.0)
+WHOLE = step_part(WHOLE_DISC)
 HOLED = Disc(5.0, 2.0, [(1.5, 0.0, 1.0)])
 OPEN = step_part(HOLED, lost=[1])
 """The wall of the bore is lost, and nobody can say what was between its rims."""
@@ -150,6 +151,29 @@ def test_several_solids_and_every_instance_of_an_assembly_are_in_their_places(tm
     assert part.vertices.max(axis=0) * 1e3 == pytest.approx([22.0, 45.0, 5.0])
     assert part.vertices.min(axis=0) * 1e3 == pytest.approx([-5.0, -5.0, -5.0])
     assert part.center_of_mass * 1e3 == pytest.approx([7.0, 40.0 / 3, 2.0 / 3])
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_points_beside_a_solid_are_left_out(tmp_path, count):
+    """Drawings have construction points and lines: three of them are no triangle."""
+    step = StepText()
+    context = step.context("mm")
+    items = f"{step.axes(0.0, 0.0, 0.0)},{step.solid(WHOLE_DISC)}"
+    solid = step.add(f"ADVANCED_BREP_SHAPE_REPRESENTATION('',({items}),{context})")
+    step.product("part", solid)
+    points = ",".join(
+        step.triple("CARTESIAN_POINT", (50.0, 10.0 * k, k * k)) for k in range(count)
+    )
+    curves = step.add(f"GEOMETRIC_CURVE_SET('',({points}))")
+    wires = step.add(
+        "GEOMETRICALLY_BOUNDED_WIREFRAME_SHAPE_REPRESENTATION"
+        f"('',({curves}),{context})"
+    )
+    step.add(f"SHAPE_REPRESENTATION_RELATIONSHIP('','',{solid},{wires})")
+    part = load_part(written(tmp_path / "points.step", step.text()))
+    assert part.warnings == ()
+    size = np.ptp(part.vertices, axis=0)
+    assert size == pytest.approx([0.01, 0.01, 0.002], rel=1e-3)
 
 
 def assert_refused(path, data):
