@@ -50,6 +50,8 @@ class Closing(NamedTuple):
     # largest volume that other caps without corners of their own may add or remove:
     # that of the convex hulls of the loops
     open_volume: float = 0.0
+    # of the widest cap, or ring of caps, as a fraction of the mesh's size
+    width: float = 0.0
 
 
 def close_holes(
@@ -72,7 +74,8 @@ def close_holes(
     points, _, size = scaled
     if _has_lost_wall(points, edges, rims):
         return Closing(None, f"has {holes}, of which two may be the ends of one bore")
-    caps = [_cap(points, plane_loops) for plane_loops in _group_coplanar(points, loops)]
+    groups = _group_coplanar(points, loops)
+    caps = [_cap(points, plane_loops) for plane_loops in groups]
     closed_surface = np.concatenate([surface, *caps])
     if vectors.surface_area(
         points, closed_surface[len(surface) :]
@@ -89,7 +92,23 @@ def close_holes(
     if shells is None:
         return Closing(None, f"has {holes}, which touch in more than one way")
     volume = sum(_hull_volume(points[loop]) for loop in loops)
-    return Closing(shells, "", len(loops), volume * size * size * size)
+    width = max(
+        _width(points, plane_loops, cap)
+        for plane_loops, cap in zip(groups, caps, strict=True)
+    )
+    return Closing(shells, "", len(loops), volume * size * size * size, width)
+
+
+def _width(points: Array, loops: Sequence[Index], cap: Index) -> float:
+    """Twice the area of a cap over the length of its loops.
+
+    That is the width of a slit or a ring, and the radius of a disc.
+    """
+    length = sum(
+        float(vectors.lengths(points[loop] - points[np.roll(loop, -1)]).sum())
+        for loop in loops
+    )
+    return 2.0 * vectors.surface_area(points, cap) / length
 
 
 def _has_lost_wall(points: Array, edges: "OpenEdges", rims: Sequence[Index]) -> bool:

@@ -1,5 +1,6 @@
 """From a mesh to a part: arrays are checked, repaired, oriented and integrated."""
 
+import math
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +21,11 @@ from .surface import surface_of
 _NO_ERROR = (
     " No error is told: the file promises a solid, and nobody knows what is lost of it."
 )
+
+_WIDEST_CRACK = 1.5e-3
+"""Of a solid a hole is closed only where it is no wider than this fraction of its size,
+which is how far from the true surface its mesh may be: faces that share no edge leave
+such cracks. What is wider may be a face that was lost, and any shape."""
 
 
 def load_part(
@@ -58,7 +64,7 @@ def load_part(
         See `part_from_mesh`.
     accept_open : bool
         Whether to take the convex hull of a solid of a STEP file whose surface comes
-        out with holes that cannot plainly be closed. No answer about such a part tells
+        out with holes wider than a crack between faces. No answer about such a part tells
         an error: its shares and intervals of them are NaN, and what asks for one is
         refused. Else such a file is refused. Other files promise no solid; of them the
         hull is taken, with the warning `OPEN_MESH`.
@@ -185,7 +191,9 @@ def part_of_file(
         metres, corners = arrays.check_mesh(mesh.vertices, mesh.triangles, mesh.unit)
         vertices, triangles = arrays.weld(metres, corners.astype(np.int64))
     rounding = arrays.coordinate_rounding(mesh.vertices, corners) * mesh.unit
-    surface = surface_of(vertices, triangles)
+    surface = surface_of(
+        vertices, triangles, _WIDEST_CRACK if mesh.of_solids else math.inf
+    )
     is_open_solid = mesh.of_solids and bool(surface.problem)
     if is_open_solid and not accept_open:
         raise _open_solid(triangles, surface.problem)

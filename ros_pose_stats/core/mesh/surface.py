@@ -80,10 +80,13 @@ class Surface(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def surface_of(vertices: Array, triangles: Index) -> Surface:
+def surface_of(
+    vertices: Array, triangles: Index, widest_hole: float = math.inf
+) -> Surface:
     """Close, orient and integrate a welded mesh.
 
-    Where that gives no solid, take the convex hull.
+    Where that gives no solid, take the convex hull. `widest_hole`: that may be closed,
+    as a fraction of the size.
     """
     _check_area(triangles)
     scaled = to_unit_size(vertices)
@@ -99,6 +102,11 @@ def surface_of(vertices: Array, triangles: Index) -> Surface:
         surface = _solid_surface(vertices, closing.shells)
         if not _is_solid(surface.solid, surface.hull):
             problem = "encloses no solid"
+        elif closing.width > widest_hole:
+            problem = (
+                f"has {text.several(closing.holes, 'hole')}, wider than a crack "
+                "between faces"
+            )
         elif closing.open_volume > UNCERTAIN * surface.solid.volume:
             share = closing.open_volume / surface.solid.volume
             problem = (

@@ -6,8 +6,11 @@ import trimesh
 from hypothesis import given, strategies as st
 
 from ros_pose_stats import part_from_mesh
+from ros_pose_stats.core.mesh import files, mass_properties
+from ros_pose_stats.core.mesh.parts import part_of_file
 from ros_pose_stats.core.shapes import demo_parts
 from tests.answers import codes
+from tests.running import refusal_of
 
 STATED = 1e-3
 """Radii by which the centre of mass may be off where holes were closed."""
@@ -114,6 +117,30 @@ def test_a_side_divided_by_one_neighbour_only_is_a_slit_and_closed():
     )
     assert codes(part) == ["HOLES_CLOSED"]
     assert part.center_of_mass == pytest.approx([0, 0, 0], abs=1e-16)
+
+
+def cracked_solid(width):
+    """A box of a STEP file, of size 2, that lacks a sliver of its top."""
+    box = trimesh.creation.box((2.0, 2.0, 1.0))
+    a, b, c = box.faces[0]
+    middle = (box.vertices[a] + box.vertices[c]) / 2.0
+    to_corner = box.vertices[b] - middle
+    to_corner *= 2.0 * width / np.linalg.norm(to_corner)  # a triangle has half of it
+    return files.FileMesh(
+        np.vstack((box.vertices, middle + to_corner)),
+        [[a, b, 8], [b, c, 8], *box.faces[1:].tolist()],
+        1e-2,
+        of_solids=True,
+    )
+
+
+def test_of_a_solid_only_what_is_no_wider_than_a_crack_is_closed():
+    properties = mass_properties.check_properties(None, None, None, None)
+    part = part_of_file(cracked_solid(2.0 * 1e-3), properties, "box")
+    assert codes(part) == ["HOLES_CLOSED"]
+    assert part.error_known
+    line = refusal_of(part_of_file, cracked_solid(2.0 * 2e-3), properties, "box")
+    assert "3 open edges" in line and "wider than a crack" in line
 
 
 class TestTheHullStandsIn:
