@@ -142,6 +142,7 @@ def _page_row(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list
         *(_short(row[name]) for name in NUMBERS),
         *(_millimetres(row[name]) for name in SIZES),
         store.doubts_of(row),
+        row.get("notes", ()),  # rows of older versions have none
         _groups(row["poses"]),
     ]
 

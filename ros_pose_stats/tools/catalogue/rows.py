@@ -150,6 +150,7 @@ def _row(part: Part, estimate: PoseStatistics, groups: Sequence[PoseGroup]) -> R
         "footprint_width_m": width,
         "top_m": best.first.top,
         "warnings": list(estimate.warnings),
+        "notes": list(part.notes),
     }
 
 

@@ -235,6 +235,7 @@ COLUMNS: dict[str, type] = {
     "footprint_width_m": float,
     "top_m": float,
     "warnings": str,
+    "notes": str,
     "refusal": str,
 }
 """Of `catalogue.csv`, with the kind of their values. Shares and errors are
@@ -269,7 +270,7 @@ POSES = "poses"
 TABLES = tuple(
     f"{name}.{kind}" for name in (PARTS, POSES) for kind in ("csv", "parquet")
 )
-BETWEEN = " | "  # between the warnings of a part
+BETWEEN = " | "  # between the warnings and notes of a part
 AT_ONCE = 20_000  # rows of a Parquet table in memory
 Table = tuple[dict[str, type], Iterator[Sequence[Any]]]
 
@@ -307,7 +308,11 @@ def write_tables(
 
 def _tables(rows: Callable[[], Iterable[Row]]) -> dict[str, Table]:
     parts = (
-        {**row, "warnings": BETWEEN.join(row.get("warnings", ()))} for row in rows()
+        {
+            **row,
+            **{key: BETWEEN.join(row.get(key, ())) for key in ("warnings", "notes")},
+        }
+        for row in rows()
     )
     poses = ({**row, **pose} for row in rows() for pose in row.get("poses", ()))
     return {

@@ -104,8 +104,9 @@ def choose_body(vertices: Array, triangles: Index, choice: Choice) -> ChosenBody
             raise errors.MeshError(
                 "a mesh of one part, or of equal ones",
                 f"{count} that stand apart and differ: {_sizes_in_words(bodies)}",
-                "choose one with --body N (`body` in library and messages), or take "
-                "all as one rigid part with --body all",
+                "choose one with --body N of commands about one part (`body` in "
+                "library and messages), take all as one rigid part with --body all, "
+                "or export each by itself",
             )
         notes = (
             f"BODIES_APART: the mesh has {count} equal bodies that stand apart; one of "

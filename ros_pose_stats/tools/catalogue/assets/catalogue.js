@@ -2,7 +2,7 @@
 // Rows are arrays, as page.py writes them; those of parts that were refused end after the reason.
 const FIELDS = ["file", "refusal", "picture", "report", "made", "declared", "guessed", "triangles", "size", "poses", "distinct",
   "method", "drops", "error", "largest", "share", "shareLow", "shareHigh", "entropy", "passes", "passesLow",
-  "passesHigh", "length", "width", "top", "warnings", "groups"];
+  "passesHigh", "length", "width", "top", "warnings", "notes", "groups"];
 const AT_ONCE = 100;
 const parts = [];
 const FIRST = { by: "share", falling: true };
@@ -12,10 +12,10 @@ const codeOf = warning => warning.split(":")[0];
 
 function addRows(rows) {
   for (const row of rows) {
-    const part = { warnings: [], groups: [] };
+    const part = { warnings: [], notes: [], groups: [] };
     row.forEach((value, k) => { part[FIELDS[k]] = value; });
     part.warned = part.warnings.length;  // to sort by
-    part.words = [part.file, part.refusal, ...part.warnings].join("\n").toLowerCase();
+    part.words = [part.file, part.refusal, ...part.warnings, ...part.notes].join("\n").toLowerCase();
     parts.push(part);
   }
 }
@@ -116,6 +116,7 @@ function detailsOf(part) {
     element("h3", "Poses"), posesOf(part));
   }
   for (const one of part.warnings) cell.append(element("p", one, "warning"));
+  for (const note of part.notes) cell.append(element("p", note));
   cell.append(element("h3", "Report with pictures of all poses"), ...reportOf(part));
   const row = element("tr", [cell], "more");
   return row;

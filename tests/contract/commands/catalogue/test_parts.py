@@ -15,7 +15,7 @@ from lab.bodies.variants import moved
 from tests.answers import write_stl
 from tests.running import ROOT, answer, answer_json, call
 
-from .parts import tables
+from .parts import rows_of, tables
 
 
 def test_guessed_units_are_counted_in_one_line(tmp_path):
@@ -44,6 +44,23 @@ def test_guessed_units_are_counted_in_one_line(tmp_path):
     page = (tmp_path / "out" / "index.html").read_text()
     assert page.replace("\xa0", " ").count(guesses) == 1
     assert "UNIT_GUESSED" not in page
+
+
+def test_bodies_that_stand_apart_have_a_note_or_a_reason(tmp_path):
+    """Equal ones are one part; which of different ones is meant nobody says."""
+    vertices, triangles = shapes.box(1.0, 2.0, 3.0)
+    pair = np.vstack((triangles, triangles + len(vertices)))
+    for name, scale in (("equal.stl", 1.0), ("unlike.stl", 2.0)):
+        beside = scale * vertices + np.array([20.0, 0.0, 0.0])
+        write_stl(tmp_path / name, (np.vstack((vertices, beside)), pair))
+    folder = tmp_path / "out"
+    answer("catalogue", tmp_path, "--unit", "mm", "-o", folder, "--workers", 1)
+    equal, unlike = rows_of(folder)
+    assert (equal["refusal"], equal["warnings"], equal["triangles"]) == ("", "", "12")
+    assert equal["notes"].startswith("BODIES_APART: the mesh has 2 equal bodies")
+    assert unlike["best_share"] == unlike["notes"] == ""
+    assert "2 that stand apart and differ: 0: 2 x 4 x 6" in unlike["refusal"]
+    assert "export each by itself" in unlike["refusal"]
 
 
 def test_a_part_that_ends_its_process_is_refused_and_costs_no_other(tmp_path):
