@@ -6,7 +6,15 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...base.text import Column, columns, length_in_words, listed, percent, several
+from ...base.text import (
+    Column,
+    columns,
+    length_in_words,
+    listed,
+    percent,
+    printable,
+    several,
+)
 from ...core.records.scene import DEFAULT_DROP_RADII
 from .terminal import arguments, running
 
@@ -86,13 +94,14 @@ def run(options: argparse.Namespace) -> int:
             f"{fit.MOST_PARTS} parts counted most of those that can lie in two ways"
         )
     for note in notes:
-        print(f"ros_pose_stats: {note}", file=sys.stderr)
+        print(f"ros_pose_stats: {printable(note)}", file=sys.stderr)
     plate = profile.profile_of(options.plate, plate_fit)
     profile.write_profile(file, plate)
     if options.json:
         print_json(plate, file, plate_fit, notes)
     else:
-        print(*plate_table(plate, plate_fit), "", f"wrote {file}", sep="\n")
+        lines = [*plate_table(plate, plate_fit), "", f"wrote {file}"]
+        print(*map(printable, lines), sep="\n")  # bags and tables name the parts
     return 0
 
 
@@ -148,9 +157,9 @@ def read_counts(options: argparse.Namespace) -> "tuple[list[CountedPart], list[s
         for part, counts in read_count_rows(table).items()
     ]
     notes = [
-        f"{counted.part.part_id}: {warning}"
+        f"{counted.part.part_id}: {remark}"
         for counted in counted_parts
-        for warning in counted.part.warnings
+        for remark in (*counted.part.warnings, *counted.part.notes)
     ]
     if bags:
         from ..bags.plate_counts import counts_on_plate

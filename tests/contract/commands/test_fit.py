@@ -14,7 +14,7 @@ from tests.contract.bags.messages import counts
 from tests.contract.bags.recorders import write_run
 from tests.running import call, refusal
 
-SIZES = {"slab": (0.020, 0.030, 0.012), "die": (0.010, 0.010, 0.0075)}
+SIZES = {"\x1b[31mslab": (0.020, 0.030, 0.012), "die": (0.010, 0.010, 0.0075)}
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def bag(tmp_path_factory):
     messages.append(
         (
             "pose_counts",
-            counts(9.0, (5, 5), part_id="lost", plate="glass", part_digest="0" * 64),
+            counts(9.0, (5, 5), part_id="\x1b[2Jlost", plate="glass", part_digest="0" * 64),
         )
     )
     return write_run(tmp_path_factory.mktemp("log"), messages)
@@ -65,7 +65,11 @@ def test_a_bag_gives_the_counts_of_its_parts_on_the_plate(bag, tmp_path):
     assert outcome.returncode == 0, outcome.stderr
     assert outcome.stdout.splitlines()[0] == "plate glass, from 600 counts of 2 parts"
     assert f"wrote {file}" in outcome.stdout
-    assert "10 counts of lost left out: its mesh is not in the bags" in outcome.stderr
+    assert "10 counts of ?[2Jlost left out: its mesh is not in the bags" in (
+        outcome.stderr
+    )
+    assert "?[31mslab" in outcome.stdout
+    assert "\x1b" not in outcome.stdout + outcome.stderr
     plates = yaml.safe_load(file.read_text(encoding="utf-8"))["plates"]
     assert plates["steel"] == {"restitution": 0.2}
     assert (plates["glass"]["counted"], {*plates["glass"]["parts"]}) == (600, {*SIZES})
