@@ -128,11 +128,12 @@ class BoundedCache:
         if folder is None:
             return None
         try:
-            content = read_sealed(folder, key)
+            stored_key, _, content = read_sealed(folder, key).partition(b"\n")
             os.utime(folder / key, follow_symlinks=False)
         except (OSError, DamagedError):
             return None
-        return content
+        # A copy under another name would be taken for what it is not.
+        return content if stored_key == key.encode() else None
 
     def keep(self, key: str, content: bytes) -> None:
         """Keep something, where that can be done."""
@@ -140,7 +141,7 @@ class BoundedCache:
         if folder is None or len(content) > self._most_bytes:
             return
         with suppress(OSError):
-            write_sealed(folder / key, content)
+            write_sealed(folder / key, key.encode() + b"\n" + content)
             self._remove_oldest(folder)
 
     def _folder(self) -> Path | None:

@@ -52,7 +52,9 @@ def bag(tmp_path_factory):
     messages.append(
         (
             "pose_counts",
-            counts(9.0, (5, 5), part_id="\x1b[2Jlost", plate="glass", part_digest="0" * 64),
+            counts(
+                9.0, (5, 5), part_id="\x1b[2Jlost", plate="glass", part_digest="0" * 64
+            ),
         )
     )
     return write_run(tmp_path_factory.mktemp("log"), messages)

@@ -1,6 +1,8 @@
 """What is kept in the user's cache: bounded, and of nobody else."""
 
 import os
+import shutil
+from pathlib import Path
 
 import pytest
 
@@ -34,6 +36,28 @@ def test_damaged_files_are_not_used(cache):
     for content in (b"", (folder / "a").read_bytes()[:-1] + b"?"):
         (folder / "a").write_bytes(content)
         assert meshes.find("a") is None
+
+
+def test_a_file_under_the_name_of_another_is_not_used(cache):
+    """As after a careless copy: it would be the mesh of another part."""
+    meshes, folder = cache
+    meshes.keep("a", b"content")
+    (folder / "b").write_bytes((folder / "a").read_bytes())
+    assert meshes.find("b") is None and meshes.find("a") == b"content"
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir, Path.touch])
+def test_what_else_lies_in_its_place_costs_only_the_cache(cache, make):
+    meshes, folder = cache
+    for place in (folder.parent.parent, folder.parent, folder, folder / "a"):
+        place.parent.mkdir(parents=True, exist_ok=True)
+        make(place)
+        meshes.keep("a", b"content")
+        assert meshes.find("a") in (None, b"content")
+        if place.is_dir():
+            shutil.rmtree(place)
+        else:
+            place.unlink()
 
 
 def test_links_are_not_followed(cache, tmp_path):
