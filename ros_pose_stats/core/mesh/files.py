@@ -254,8 +254,8 @@ def read_in_process(
         answer = _run_reader(path, data, kind, most_bytes, folder)
         if key and not answer.startswith((b'{"refused', b'{"unreadable')):
             TESSELLATIONS.keep(key, answer)
-    line, _, arrays = answer.partition(b"\n")
-    head = json.loads(line)
+    offset = answer.index(b"\n") + 1
+    head = json.loads(answer[:offset])
     if "unreadable" in head:
         raise MeshFileError(
             f"a readable {kind.upper()} file",
@@ -266,17 +266,13 @@ def read_in_process(
         expected, problem, remedy = head["refused"]
         raise MeshFileError(expected, f"{path} ({problem})", remedy)
     objects = []
-    offset = 0
     for coordinates, corners in head["sizes"]:
-        split = offset + 8 * coordinates
-        end = split + 8 * corners
-        objects.append(
-            (
-                np.frombuffer(arrays[offset:split], np.float64).reshape(-1, 3),
-                np.frombuffer(arrays[split:end], np.int64).reshape(-1, 3),
-            )
-        )
-        offset = end
+        # Views: a mesh may be hundreds of megabytes.
+        points = np.frombuffer(answer, np.float64, coordinates, offset)
+        offset += points.nbytes
+        triangles = np.frombuffer(answer, np.int64, corners, offset)
+        offset += triangles.nbytes
+        objects.append((points.reshape(-1, 3), triangles.reshape(-1, 3)))
     return head["unit"], [
         (*objects[number], np.reshape([*matrix, 0.0, 0.0, 0.0, 1.0], (4, 4)))
         for number, matrix in head["placed"]
