@@ -48,6 +48,8 @@ setup(
         "manifold3d>=3.2",
         "mcap>=1.2.1",
         "mcap-ros2-support>=0.5.3",
+        "zstandard",
+        "lz4",
         "PyYAML",
     ],
     extras_require={
