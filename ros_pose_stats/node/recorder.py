@@ -126,6 +126,7 @@ class Recorder:
             max_bag_bytes=settings.max_bag_bytes,
             max_log_bytes=settings.max_log_bytes,
             node=node,
+            warn=warn,
         )
         self._directory = self.log.directory
         self.lost = 0  # messages that were not recorded
@@ -183,8 +184,13 @@ class Recorder:
             self._warn(f"the bag was deleted; recording goes on in {bag}")
 
     def mend_bags(self) -> None:
-        """Mend what earlier runs left unfinished in the folder, and say so."""
-        for mended in repair.repair_bags(self.log.directory.parent):
+        """Mend and index what earlier runs left in the folder; say what was lost."""
+        log = self.log
+        for mended in repair.repair_bags(
+            log.directory.parent, log.indexer.write, log.room_for
+        ):
+            if log.is_closed:
+                return  # what is left is for the next start
             self._last_repair = mended.problem or (
                 f"{mended.directory.name} mended: {mended.messages} messages whole, "
                 f"{mended.cut_bytes} bytes of half a record cut off"

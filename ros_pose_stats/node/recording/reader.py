@@ -182,12 +182,12 @@ def read_messages(
     been read.
     """
     for path in files_of_bag(bag):
-        allowance = _Allowance(path)
+        allowance = Allowance(path)
         with _open_unpacked(path, allowance) as file:
             yield from _read_file(file, allowance, on_damage, on_read)
 
 
-class _Allowance:
+class Allowance:
     """What may still be unpacked of a file, by its size on the disk."""
 
     def __init__(self, path: Path) -> None:
@@ -202,7 +202,7 @@ class _Allowance:
 
 def _read_file(
     file: BinaryIO,
-    allowance: _Allowance,
+    allowance: Allowance,
     on_damage: OnDamage,
     on_read: Callable[[float], None],
 ) -> Iterator[RawMessage]:
@@ -223,7 +223,7 @@ def _read_file(
             report_damage(frame.start, size)
             return
         try:
-            for item in _records_in(frame, allowance):
+            for item in records_in(frame, allowance):
                 if isinstance(item, records.Schema):
                     schemas[item.id] = item
                 elif isinstance(item, records.Channel):
@@ -243,8 +243,8 @@ def _read_file(
             on_damage(frame.start, frame.end, size, str(error))
 
 
-def _records_in(
-    frame: Frame, allowance: _Allowance
+def records_in(
+    frame: Frame, allowance: Allowance
 ) -> Iterator[records.McapRecord | None]:
     """The record of a frame, or those of a chunk one by one; raises UNREADABLE."""
     record = frame.record()
@@ -283,7 +283,7 @@ def files_of_bag(bag: Path, *endings: str) -> list[Path]:
     )
 
 
-def _open_unpacked(path: Path, allowance: _Allowance) -> BinaryIO:
+def _open_unpacked(path: Path, allowance: Allowance) -> BinaryIO:
     """A bag's file, seekable; one that was compressed as a whole is unpacked."""
     if path.suffix != _PACKED:
         return open_file(path)
@@ -312,7 +312,7 @@ def _open_unpacked(path: Path, allowance: _Allowance) -> BinaryIO:
     return unpacked
 
 
-def _unpack_chunk(chunk: records.Chunk, allowance: _Allowance) -> bytes:
+def _unpack_chunk(chunk: records.Chunk, allowance: Allowance) -> bytes:
     """The content of a chunk; McapError where it cannot be unpacked."""
     size = chunk.uncompressed_size
     if size > min(MOST_RECORD, allowance.bytes):

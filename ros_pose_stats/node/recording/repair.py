@@ -2,35 +2,43 @@
 
 import os
 import re
-import shutil
 import time
 import zlib
 from collections import Counter
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from mcap import exceptions, opcode, reader, records
+from mcap import reader
 
+from ...base.errors import reason
 from ...base.files import (
-    HALF,
     DirectoryLock,
     NotAFileError,
     open_file,
     read_file,
     remove_empty,
     replace_file,
-    sync_directory,
 )
-from .reader import UNREADABLE, Frame, read_frames
-from .runs import METADATA, find_bag_files, find_runs
+from .indexing import Rewrite, put_in_place, write_indexed
+from .reader import UNREADABLE
+from .runs import METADATA, find_bag_files, find_runs, is_run, remove_halves
 from .writer import mcap_layout
 
 _MAGIC_LENGTH = len(mcap_layout.MAGIC)
-_LEAST = 2 * _MAGIC_LENGTH + mcap_layout.RECORD.size + mcap_layout.FOOTER_LENGTH
+_FOOTER_LENGTH = 20
+_LEAST = 2 * _MAGIC_LENGTH + mcap_layout.RECORD.size + _FOOTER_LENGTH
 _CHECK_SIZE = 4 + _MAGIC_LENGTH  # checksum of the summary, and what follows it
 _YOUNG = 60.0  # seconds; a run without files is then that of a process that died
 _MESSAGE_COUNT = re.compile(r"^  message_count: (\d+)$", re.MULTILINE)
+
+
+WriteAnew = Callable[[Path], Rewrite]
+"""As `write_indexed`; OSError where the file is to stay as it is."""
+
+RoomFor = Callable[[int], AbstractContextManager[object]]
+"""While it is entered, so many bytes are free for files; older runs may have gone."""
 
 
 @dataclass(frozen=True)
@@ -43,23 +51,37 @@ class Repair:
     problem: str = ""  # why it could not be mended; empty where it is
 
 
-def repair_bags(log_directory: Path) -> list[Repair]:
-    """Mend all unfinished bags of a log directory that no process has in hand.
+def repair_bags(
+    log_directory: Path, write_anew: WriteAnew, room_for: RoomFor = nullcontext
+) -> Iterator[Repair]:
+    """Mend and index all bags of a log directory that no process has in hand.
 
-    One repair for each, oldest first, or one for a directory that cannot be read;
-    nothing is raised, and what has other names than ours is left alone.
+    One repair for each that was not closed, or has a problem, oldest first, or one for
+    a directory that cannot be read; nothing is raised, and what has other names than
+    ours is left alone.
     """
     try:
-        tried = map(_repair, find_runs(log_directory))
-        return [repair for repair in tried if repair is not None]
+        runs = find_runs(log_directory)
     except OSError as error:
-        return [_problem(log_directory, error)]
+        yield _problem(log_directory, error)
+        return
+    for run in runs:
+        repair = _repair(run, write_anew, room_for)
+        if repair is not None:
+            yield repair
 
 
-def _repair(run: Path) -> Repair | None:
-    """Mend one bag; None where there is nothing to do, or somebody else has it."""
+def index_bag(bag: Path) -> None:
+    """Index a node's bag that nobody has in hand, where it can be written."""
+    if is_run(bag):
+        _repair(bag, write_indexed, nullcontext)
+
+
+def _repair(run: Path, write_anew: WriteAnew, room_for: RoomFor) -> Repair | None:
+    """Mend one bag; None where nothing is to be said, or somebody else has it."""
     try:
-        if not find_bag_files(run):
+        files = find_bag_files(run)
+        if not files:
             with suppress(OSError):  # it does no harm, and may be gone already
                 is_young = time.time() - run.stat().st_ctime < _YOUNG
                 lock = None if is_young else DirectoryLock.take(run)
@@ -67,19 +89,21 @@ def _repair(run: Path) -> Repair | None:
                     with lock:
                         remove_empty(run)
             return None
-        lock = None if _is_finished(run) else DirectoryLock.take(run)
-        if lock is None:
+        if _is_finished(run):
             return None
-        with lock:
-            return None if _is_finished(run) else mend(run)
+        # Of runs that nobody has in hand the oldest go for room, maybe this one.
+        with room_for(max(path.stat().st_size for path in files)):
+            lock = DirectoryLock.take(run) if run.is_dir() else None
+            if lock is None:
+                return None
+            with lock:
+                return _mend(run, write_anew)
     except OSError as error:
         return _problem(run, error)
 
 
 def _problem(directory: Path, error: OSError) -> Repair:
-    return Repair(
-        directory, problem=f"cannot mend {directory}: {error.strerror or error}"
-    )
+    return Repair(directory, problem=f"cannot mend {directory}: {reason(error)}")
 
 
 def _is_finished(run: Path) -> bool:
@@ -104,12 +128,12 @@ def _is_finished(run: Path) -> bool:
 
 
 def _finished_contents(path: Path) -> mcap_layout.Contents | None:
-    """What the summary of a file says; None if it does not end with a sound one."""
+    """What the summary of a file says; None without a sound one that has an index."""
     with open_file(path) as file:
         size = os.fstat(file.fileno()).st_size
         if size < _LEAST:
             return None
-        file.seek(size - mcap_layout.FOOTER_LENGTH - _MAGIC_LENGTH)
+        file.seek(size - _FOOTER_LENGTH - _MAGIC_LENGTH)
         summary_start = int.from_bytes(file.read(8), "little")
         if not 0 < summary_start < size:
             return None
@@ -126,6 +150,7 @@ def _finished_contents(path: Path) -> mcap_layout.Contents | None:
     if (
         summary is None
         or summary.statistics is None
+        or (summary.statistics.message_count and not summary.chunk_indexes)
         or any(
             channel.schema_id not in summary.schemas
             for channel in summary.channels.values()
@@ -142,76 +167,24 @@ def _finished_contents(path: Path) -> mcap_layout.Contents | None:
     )
 
 
-def mend(directory: Path) -> Repair:
-    """Finish and describe the files of a locked run; may be killed and repeated."""
+def _mend(run: Path, write_anew: WriteAnew) -> Repair | None:
+    """Finish and describe the files of a locked run; may be killed and repeated.
+
+    None where they had ended well, and lacked their index alone.
+    """
     files: dict[str, mcap_layout.Contents] = {}
-    cut_bytes = 0
-    for path in find_bag_files(directory):
+    cuts: list[int] = []
+    for path in find_bag_files(run):
         contents = _finished_contents(path)
         if contents is None:
-            contents, cut = _mend_file(path)
-            cut_bytes += cut
+            rewrite = write_anew(path)
+            put_in_place(path)
+            contents = rewrite.contents
+            cuts += rewrite.cuts
         files[path.name] = contents
     if files:
-        replace_file(directory / METADATA, mcap_layout.metadata_yaml(files).encode())
-    for name in (*files, METADATA):
-        with suppress(OSError):
-            (directory / (name + HALF)).unlink()
-    return Repair(
-        directory, sum(contents.messages for contents in files.values()), cut_bytes
-    )
-
-
-def _mend_file(path: Path) -> tuple[mcap_layout.Contents, int]:
-    """Replace a file by its sound part, under a header of today, closed; bytes cut."""
-    half = path.with_name(path.name + HALF)
-    cut_bytes: list[int] = []
-    try:
-        half.unlink(missing_ok=True)  # it may be a pipe
-        with open_file(path) as source, half.open("wb") as target:
-            creation_time = os.fstat(source.fileno()).st_mtime_ns
-            contents = mcap_layout.Contents(start=creation_time, end=creation_time)
-            target.write(mcap_layout.magic_and_header())
-            for frame in read_frames(
-                source, lambda begin, end: cut_bytes.append(end - begin)
-            ):
-                if frame.opcode == opcode.Opcode.DATA_END:
-                    break
-                if frame.opcode in (opcode.Opcode.HEADER, opcode.Opcode.METADATA):
-                    continue  # the second from a bag of an older version
-                try:
-                    _enter_record(frame, contents)
-                except UNREADABLE:
-                    cut_bytes.append(frame.end - frame.start)
-                else:
-                    target.write(frame.head)
-                    target.write(frame.body)
-            target.write(mcap_layout.closing(contents, target.tell()))
-            target.flush()
-            os.fsync(target.fileno())
-        shutil.copymode(path, half)
-        half.replace(path)
-        sync_directory(path.parent)
-    except OSError:
-        with suppress(OSError):
-            half.unlink()
-        raise
-    return contents, sum(cut_bytes)
-
-
-def _enter_record(frame: Frame, contents: mcap_layout.Contents) -> None:
-    """Note what a record adds to the contents; raises one of UNREADABLE to skip it.
-
-    OSError: without the channel or type of a message the file is better left as it is.
-    """
-    record = frame.record()
-    if isinstance(record, records.Message):
-        if record.channel_id not in contents.channels:
-            raise OSError("the description of a topic in it is damaged")
-        contents.count(record.channel_id, record.log_time)
-    elif isinstance(record, records.Schema):
-        contents.schemas[record.id] = record
-    elif isinstance(record, records.Channel):
-        if record.schema_id not in contents.schemas:
-            raise exceptions.McapError(f"no schema {record.schema_id}")
-        contents.channels[record.id] = record
+        replace_file(run / METADATA, mcap_layout.metadata_yaml(files).encode())
+    with suppress(OSError):
+        remove_halves(run)
+    messages = sum(contents.messages for contents in files.values())
+    return Repair(run, messages, sum(cuts)) if cuts else None

@@ -5,10 +5,12 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
+from ...base.errors import reason
 from ...base.files import (
     DirectoryLock,
     make_directories,
@@ -16,11 +18,14 @@ from ...base.files import (
     replace_file,
     sync_directory,
 )
-from . import repair, runs
+from . import indexing, runs
 from .writer import bag_file, mcap_layout, message_types
 
 _MIN_FILES = 8
 """Files that the bound of a log directory has room for, so that the oldest can go."""
+
+LAST_BYTES = 16 * 2**20
+"""Of a file that gets its index as the log is closed, when the node has little time."""
 
 
 class RunLog:
@@ -28,9 +33,10 @@ class RunLog:
 
     A file that cannot be gone on with is followed by another one, and a bag that was
     deleted or moved away by another bag. A file that would grow beyond `max_bag_bytes`
-    is followed by the next. To keep all of the log directory, which nodes may share,
-    below `max_log_bytes` (0: no bound) the oldest runs are deleted, then the oldest
-    closed files of this bag, which are at most an eighth of the bound.
+    is followed by the next, and is written anew with an index meanwhile. To keep all of
+    the log directory, which nodes may share, below `max_log_bytes` (0: no bound) the
+    oldest runs are deleted, then the oldest closed files of this bag, which are at most
+    an eighth of the bound. `warn` is told of files that stay without an index.
     """
 
     def __init__(
@@ -41,13 +47,15 @@ class RunLog:
         max_bag_bytes: int,
         max_log_bytes: int,
         node: str,
+        warn: Callable[[str], object],
     ) -> None:
+        self._warn = warn
         self.directory = runs.new_run(log_directory)
         self._open_file = partial(bag_file.BagFile, types=types, node=node)
         self._lengths = {
             topic: message_types.CdrLength(kind) for topic, kind in types.items()
         }
-        start = len(mcap_layout.opening(types, 0, node)[0])
+        start = len(mcap_layout.opening(types, node)[0])
         self._overhead = 3 * start
         self._max_bytes = max_bag_bytes
         if max_log_bytes:
@@ -56,7 +64,12 @@ class RunLog:
         self.space = runs.SpaceBound(log_directory, max_log_bytes)
         self._lock = threading.RLock()
         self._bag: _Bag | None = None
-        self._is_closed = False
+        self.indexer = indexing.Indexer()
+        self.last_bytes = LAST_BYTES
+        self._rewriting = threading.RLock()  # one file after the other
+        # for those of this bag
+        self._rewrites = ThreadPoolExecutor(1, thread_name_prefix="index")
+        self.is_closed = False
         self._last_time = 0
 
     def write(self, topic: str, data: bytes) -> None:
@@ -79,13 +92,57 @@ class RunLog:
                 file.sync()
 
     def close(self) -> None:
-        """Finish the bag and let go of it; OSError: the next start has to finish it."""
-        with self._refusals(), self._lock:
-            self._is_closed = True
-            bag = self._bag
-            self._bag = None
-            if bag is not None:
-                bag.finish()
+        """Finish the bag and let go of it; OSError: the next start has to finish it.
+
+        Large files that have no index yet get it from the next start.
+        """
+        self.is_closed = True
+        self._rewrites.shutdown(wait=False, cancel_futures=True)
+        self.indexer.close()
+        with self._refusals(), self._rewriting, self._lock:
+            if self._bag is None:
+                return
+            try:
+                path = self._bag.finish()
+                # It is whole before the little time that is left goes to the index.
+                if path is not None and path.stat().st_size <= self.last_bytes:
+                    self._index(path, indexing.write_indexed)
+            finally:
+                self._bag.abandon()
+                self._bag = None
+
+    @contextmanager
+    def room_for(self, size: int) -> Iterator[None]:
+        """Have so many bytes free below the bound for one file that is written anew.
+
+        OSError where there are not so many.
+        """
+        with self._rewriting:
+            try:
+                self._reserve(size)
+                if self.space.is_exceeded:
+                    raise OSError("no room below max_log_bytes")
+                yield
+            finally:
+                self._reserve(0)
+
+    def _reserve(self, size: int) -> None:
+        with self._lock:
+            self.space.reserved = size
+            self._make_room(0)
+
+    def _index(self, path: Path, write: Callable[[Path], indexing.Rewrite]) -> None:
+        """Give a closed file of the bag an index, unless it goes meanwhile."""
+        was_closed = self.is_closed
+        try:
+            with self.room_for(path.stat().st_size):
+                rewrite = write(path)
+            with self._lock:
+                if self._bag is not None:
+                    self._bag.put_in_place(path, rewrite)
+        except OSError as error:
+            if self.is_closed == was_closed:  # else it was abandoned
+                self._warn(f"{path} stays without an index: {reason(error)}")
 
     @contextmanager
     def _refusals(self) -> Iterator[None]:
@@ -121,9 +178,25 @@ class RunLog:
 
     def _bag_for(self, record: int) -> "_Bag":
         """The bag for a record of so many bytes."""
-        if self._is_closed:
+        if self.is_closed:
             raise OSError("the log is closed")
         self.leave_lost_bag()
+        self._make_room(record)
+        if self._bag is None:
+            if self.directory.exists():
+                self.directory = runs.new_run(self.directory.parent)
+            self._bag = _Bag(
+                self.directory,
+                self._open_file,
+                self._max_bytes,
+                lambda path: self._rewrites.submit(
+                    self._index, path, self.indexer.write
+                ),
+            )
+        return self._bag
+
+    def _make_room(self, record: int) -> None:
+        """Keep the log directory below its bound with a record of so many bytes."""
         # Beside the record there may be the end of one file, a whole empty one, and for
         # a moment both the old and the new metadata.yaml.
         size = self._bag.size + 2 * self._bag.metadata_size if self._bag else 0
@@ -132,11 +205,6 @@ class RunLog:
             size + record + self._overhead,
             lambda: self._bag.drop_oldest() if self._bag else None,
         )
-        if self._bag is None:
-            if self.directory.exists():
-                self.directory = runs.new_run(self.directory.parent)
-            self._bag = _Bag(self.directory, self._open_file, self._max_bytes)
-        return self._bag
 
 
 class _Bag:
@@ -147,8 +215,10 @@ class _Bag:
         path: Path,
         open_file: Callable[[Path], bag_file.BagFile],
         max_bytes: int,
+        on_closed: Callable[[Path], object],
     ) -> None:
         self._path = path
+        self._on_closed = on_closed
         self._lock = _locked_directory(path)
         self._open_file = open_file
         self._max_bytes = max_bytes
@@ -156,7 +226,7 @@ class _Bag:
         self.metadata_size = 0
         # bytes of the files before that one, oldest first
         self._closed_sizes: dict[str, int] = {}
-        # what those hold that have a footer
+        # what those hold that have an end
         self._finished_files: dict[str, mcap_layout.Contents] = {}
         self._next_number = 0
         self._is_described = False
@@ -180,6 +250,7 @@ class _Bag:
             and (file.size_with(mcap_layout.message_size(data)) > self._max_bytes)
         ):
             self._finish_file(file)
+            self._on_closed(file.path)
         if self.file is None:
             while (path := runs.bag_file(self._path, self._next_number)).exists():
                 self._next_number += 1
@@ -202,14 +273,28 @@ class _Bag:
             return name, self._closed_sizes.pop(name)
         return None
 
-    def finish(self) -> None:
-        """Finish all files, describe the bag for good, and let go of it in any case."""
-        try:
-            if self.file is not None and not self._leave_broken(self.file):
-                self._finish_file(self.file)
-            repair.mend(self._path)
-        finally:
-            self.abandon()
+    def put_in_place(self, path: Path, rewrite: indexing.Rewrite) -> None:
+        """Have a closed file that was written anew take its place, if it is there."""
+        if (
+            path.parent == self._path
+            and path.name in self._closed_sizes
+            and path.exists()
+        ):
+            self._closed_sizes[path.name] = indexing.put_in_place(path)
+            self._finished_files[path.name] = rewrite.contents
+        else:
+            runs.remove_halves(path.parent)
+
+    def finish(self) -> Path | None:
+        """Finish and describe the last file and return it, if there is one.
+
+        OSError: the next start has to finish it.
+        """
+        file = self.file
+        if file is not None and not self._leave_broken(file):
+            self._finish_file(file)
+        self._describe()
+        return file.path if file is not None else None
 
     def abandon(self) -> None:
         """Let go of the bag as it is; a directory without a file in it goes."""
@@ -217,6 +302,7 @@ class _Bag:
             self._abandon_file(self.file)
         with suppress(OSError):
             if not self.is_gone():
+                runs.remove_halves(self._path)
                 remove_empty(self._path)
         self._lock.release()
 
@@ -244,12 +330,14 @@ class _Bag:
 
     def _describe(self) -> None:
         files = {
-            name: contents
-            for name, contents in self._finished_files.items()
-            if (self._path / name).exists()
+            name: self._finished_files[name]
+            for name in self._closed_sizes
+            if name in self._finished_files and (self._path / name).exists()
         }
         if self.file is not None:
             files[self.file.path.name] = self.file.contents
+        if not files:
+            return
         text = mcap_layout.metadata_yaml(files).encode()
         replace_file(self._path / runs.METADATA, text)
         self.metadata_size = len(text)

@@ -37,12 +37,17 @@ def new_run(log_directory: Path) -> Path:
 
 def find_runs(log_directory: Path) -> list[Path]:
     """All runs' directories, oldest first; no links, for those lead elsewhere."""
-    paths = (
-        log_directory / name
-        for name in _list_names(log_directory)
-        if _RUN.fullmatch(name)
+    paths = (log_directory / name for name in _list_names(log_directory))
+    return [path for path in paths if is_run(path)]
+
+
+def is_run(path: Path) -> bool:
+    """Whether a path is, by its name, the directory of a node's run, and no link."""
+    return (
+        _RUN.fullmatch(path.name) is not None
+        and path.is_dir()
+        and not path.is_symlink()
     )
-    return [run for run in paths if run.is_dir() and not run.is_symlink()]
 
 
 def bag_file(directory: Path, number: int) -> Path:
@@ -61,6 +66,13 @@ def find_bag_files(directory: Path) -> list[Path]:
     return [path for _, path in sorted(numbered)]
 
 
+def remove_halves(run: Path) -> None:
+    """Remove what was begun to be written in a run that the caller has locked."""
+    for prefix in (METADATA, f"{run.name}_"):
+        for half in run.glob(f"{prefix}*{HALF}"):
+            half.unlink(missing_ok=True)
+
+
 def _list_names(folder: Path) -> list[str]:
     try:
         return sorted(entry.name for entry in os.scandir(folder))
@@ -75,9 +87,9 @@ def delete_run(run: Path) -> bool:
         if lock is None:
             return False
         with lock:
+            remove_halves(run)
             for file in (run / METADATA, *find_bag_files(run)):
                 file.unlink(missing_ok=True)
-                file.with_name(file.name + HALF).unlink(missing_ok=True)
             remove_empty(run)
     return not find_bag_files(run)
 
@@ -91,6 +103,7 @@ class SpaceBound:
 
     def __init__(self, log_directory: Path, limit: int) -> None:
         self.deletions = 0  # of runs and files
+        self.reserved = 0  # bytes that a file may take while it is written anew
         self.last_deleted = ""
         self.is_exceeded = False
         self._log_directory = log_directory
@@ -132,7 +145,7 @@ class SpaceBound:
         self.last_deleted = name
 
     def _fits(self, own_bytes: int) -> bool:
-        return self._other_bytes + own_bytes <= self._limit
+        return self._other_bytes + own_bytes + self.reserved <= self._limit
 
     def _delete_runs(self, own_run: Path, own_bytes: int) -> None:
         """Look at the directory again, and delete the oldest runs until it fits."""

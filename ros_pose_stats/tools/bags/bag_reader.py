@@ -281,6 +281,13 @@ class BagContents:
         """The bags that were read."""
         return tuple(dict.fromkeys(file.bag for file in self.files))
 
+    @property
+    def whole_bags(self) -> set[Path]:
+        """Those of them of which nothing was lost."""
+        return set(self.bags) - {
+            file.bag for file in self.files if file.state != "whole"
+        }
+
 
 def read_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagContents:
     """Read directories of bags, bags or files; `on_progress`: bytes, of how many."""

@@ -30,7 +30,8 @@ def register(commands: arguments.Commands) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Analyse and print."""
+    """Analyse and print; index bags that a node had no time to index."""
+    from ...node.recording import repair
     from ..bags.comparisons import analyse_bags
 
     folder = None
@@ -57,4 +58,6 @@ def run(options: argparse.Namespace) -> int:
         print(bag_report(analysis))
         if tables:
             print("", *tables, sep="\n")
+    for bag in analysis.contents.whole_bags:
+        repair.index_bag(bag)
     return 0

@@ -38,6 +38,8 @@ from tests.contract.node.harness.jobs import (
 from tests.contract.node.harness.parts import WEDGE, counts, flat, mesh, nested, whole
 from tests.running import answer, answer_json
 
+from .rosbag2 import assert_played_by_time
+
 INERTIA = Inertia(
     m=0.2, com=Vector3(x=0.02, y=0.014, z=0.007), ixx=2e-5, iyy=3e-5, izz=4e-5
 )
@@ -280,6 +282,10 @@ class TestReaders:
     def test_rosbags_and_mcap_read_every_message(self, run):
         assert_readable_by_others(run.bag)
         assert {topic for topic, _ in raw(run.bag)} == set(map(on_topic, KINDS))
+
+    def test_rosbag2_plays_it_by_time(self, run):
+        (file,) = files_of(run.bag)
+        assert_played_by_time(file)
 
     def test_its_description_is_complete(self, run):
         text = (run.bag / "metadata.yaml").read_text()

@@ -3,15 +3,12 @@
 import errno
 import os
 import threading
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ....base.files import is_file_at, sync_directory, write_all
 from . import mcap_layout, message_types
-
-_GROWTH = 40  # bytes by which a number that was 0 may grow in metadata and summary
 
 
 class BagFile:
@@ -28,13 +25,10 @@ class BagFile:
         self.path = path
         self.written = 0
         self.broken: OSError | None = None
-        start, self.contents = mcap_layout.opening(types, time.time_ns(), node)
+        start, self.contents = mcap_layout.opening(types, node)
         self._channels = {
             channel.topic: number for number, channel in self.contents.channels.items()
         }
-        self._closing_size = len(mcap_layout.closing(self.contents, 0)) + _GROWTH * (
-            len(self._channels) + 10
-        )
         self._syncing = threading.Lock()
         self._number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
         try:
@@ -48,8 +42,8 @@ class BagFile:
             raise
 
     def size_with(self, record: int) -> int:
-        """Upper bound of the finished file's size with one more record, in bytes."""
-        return self.size + record + self._closing_size
+        """The finished file's size with one more record, in bytes."""
+        return self.size + record + len(mcap_layout.END)
 
     def is_gone(self) -> bool:
         """Whether the file was deleted, moved or replaced; OSError if unknown."""
@@ -77,14 +71,14 @@ class BagFile:
                 os.fdatasync(self._number)
 
     def finish(self) -> None:
-        """Write summary and footer, durably, and close.
+        """Write the end, durably, and close.
 
         After an OSError the file ends with its last message.
         """
         with self._syncing:
             if self.broken is not None:
                 raise self.broken
-            end = self._write([mcap_layout.closing(self.contents, self.size)])
+            end = self._write([mcap_layout.END])
             with self._breaking():
                 os.fsync(self._number)
             self.size = end

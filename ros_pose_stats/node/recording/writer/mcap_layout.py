@@ -1,9 +1,9 @@
-"""The bytes of a bag's file: opening, messages, closing, and its `metadata.yaml`.
+"""The bytes of a bag's file: opening, messages, end, and its `metadata.yaml`.
 
 Records stand by themselves, in no chunk, so that each is complete once it is on disk.
 Every record but the header is preceded by a record of our own with the checksum of what
 follows; MCAP leaves opcodes from 0x80 on to applications, and readers skip those they
-do not know.
+do not know. Files that are closed are written anew with chunks: see `indexing.py`.
 """
 
 import json
@@ -20,6 +20,9 @@ from ....base.version import VERSION
 from .message_types import MessageType
 
 MAGIC = b"\x89MCAP0\r\n"
+PROFILE = "ros2"
+LIBRARY = f"ros_pose_stats {VERSION}"
+
 CHECK_OPCODE = 0xC5
 CHECK = struct.Struct("<BQI")
 CHECK_START = struct.pack("<BQ", CHECK_OPCODE, 4)
@@ -29,8 +32,6 @@ RECORD = struct.Struct("<BQ")  # opcode of a record and length of what follows
 
 MESSAGE = struct.Struct("<HIQQ")
 """Channel, number within the channel, log time and publish time [ns]; then the data."""
-
-FOOTER_LENGTH = 20
 
 _WHOLE_HEAD = CHECK.size + RECORD.size + MESSAGE.size
 
@@ -47,8 +48,7 @@ class Contents:
     schemas: dict[int, records.Schema] = field(default_factory=dict)  # by their ids
     channels: dict[int, records.Channel] = field(default_factory=dict)
     counts: Counter[int] = field(default_factory=Counter)  # messages a channel id
-    # log time of the first and the last message [ns]; without messages both the time
-    # at which the file was made, where it is known
+    # log time of the first and the last message [ns]; 0 without messages
     start: int = 0
     end: int = 0
 
@@ -70,7 +70,12 @@ Files = Mapping[str, Contents]  # contents of a bag's files by their names, in o
 
 
 def metadata_yaml(files: Files) -> str:
-    """Text of `metadata.yaml` (rosbag2's version 9)."""
+    """Text of `metadata.yaml`."""
+    return "rosbag2_bagfile_information:\n" + indent(bag_information(files), "  ")
+
+
+def bag_information(files: Files) -> str:
+    """What rosbag2 (its version 9) keeps of a bag, in YAML."""
     nonempty_contents = [
         contents for contents in files.values() if contents.messages
     ] or list(files.values())
@@ -99,7 +104,7 @@ def metadata_yaml(files: Files) -> str:
         "custom_data: ~",
         "ros_distro: jazzy",
     ]
-    return "rosbag2_bagfile_information:\n" + indent("\n".join(lines) + "\n", "  ")
+    return "\n".join(lines) + "\n"
 
 
 def _yaml_list(key: str, items: Iterable[str]) -> str:
@@ -143,11 +148,6 @@ def _qos_text(latched: bool) -> str:
   avoid_ros_namespace_conventions: false"""
 
 
-def magic_and_header() -> bytes:
-    """What every file begins with."""
-    return MAGIC + _encode([records.Header("ros2", f"ros_pose_stats {VERSION}")])
-
-
 def message_size(data: memoryview) -> int:
     """Bytes that a message takes in a file."""
     return _WHOLE_HEAD + len(data)
@@ -161,14 +161,12 @@ def message_head(channel: int, number: int, log_time: int, data: memoryview) -> 
     return CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(data, zlib.crc32(head))) + head
 
 
-def opening(
-    types: Mapping[str, MessageType], creation_time: int, node: str
-) -> tuple[bytes, Contents]:
-    """The beginning of a file made at a time [ns], and its contents so far.
+def opening(types: Mapping[str, MessageType], node: str) -> tuple[bytes, Contents]:
+    """The beginning of a file, and its contents so far.
 
     The metadata of each channel name the node.
     """
-    contents = Contents(start=creation_time, end=creation_time)
+    contents = Contents()
     numbers: dict[str, int] = {}
     for channel, (topic, kind) in enumerate(types.items(), 1):
         schema = numbers.setdefault(kind.name, len(numbers) + 1)
@@ -186,47 +184,11 @@ def opening(
             },
             schema,
         )
-    start = magic_and_header()
+    start = MAGIC + _encode([records.Header(PROFILE, LIBRARY)])
     for description in (*contents.schemas.values(), *contents.channels.values()):
         record = _encode([description])
         start += CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(record)) + record
     return start, contents
-
-
-def closing(contents: Contents, offset: int) -> bytes:
-    """What makes a file complete, at an offset: end of data, summary, footer."""
-    data_end = _encode([records.DataEnd(0)])
-    start = offset + len(data_end)
-    statistics = records.Statistics(
-        attachment_count=0,
-        channel_count=len(contents.channels),
-        channel_message_counts=contents.counts,
-        chunk_count=0,
-        message_count=contents.messages,
-        message_end_time=contents.end,
-        message_start_time=contents.start,
-        metadata_count=0,
-        schema_count=len(contents.schemas),
-    )
-    groups: list[tuple[opcode.Opcode, Iterable[records.McapRecord]]] = [
-        (opcode.Opcode.SCHEMA, contents.schemas.values()),
-        (opcode.Opcode.CHANNEL, contents.channels.values()),
-        (opcode.Opcode.STATISTICS, [statistics]),
-    ]
-    summary = b""
-    offsets: list[records.McapRecord] = []
-    for code, group_records in groups:
-        group = _encode(group_records)
-        if group:
-            offsets.append(
-                records.SummaryOffset(code, start + len(summary), len(group))
-            )
-        summary += group
-    offsets_start = start + len(summary)
-    summary += _encode(offsets)
-    footer = _encode([records.Footer(start, offsets_start, 0)])[:-4]
-    check = zlib.crc32(footer, zlib.crc32(summary))
-    return data_end + summary + footer + struct.pack("<I", check) + MAGIC
 
 
 def _encode(records_in_order: Iterable[records.McapRecord]) -> bytes:
@@ -235,3 +197,7 @@ def _encode(records_in_order: Iterable[records.McapRecord]) -> bytes:
     for record in records_in_order:
         record.write(builder)
     return bytes(builder.end())  # type: ignore[no-untyped-call]
+
+
+END = _encode([records.DataEnd(0), records.Footer(0, 0, 0)]) + MAGIC
+"""What makes a file complete that has no summary yet."""

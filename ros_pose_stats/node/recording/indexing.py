@@ -1,0 +1,165 @@
+"""Closed files of a bag, written anew with chunks and an index by mcap's own writer.
+
+A file that is being written has each message at once, and no index: those who read by
+time, as `ros2 bag play` and `info -v`, need one. The messages stay as they are.
+"""
+
+import errno
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import BinaryIO
+
+from mcap import records
+from mcap.writer import Writer
+
+from ...base.errors import BatchError
+from ...base.files import HALF, open_file, sync_directory
+from ...base.worker import ProcessDiedError, Worker
+from .reader import UNREADABLE, Allowance, read_frames, records_in
+from .writer import mcap_layout
+from .writer.mcap_layout import Contents
+
+SMALL = 4 * 2**20
+"""Bytes of a file that is written anew without a process: starting one takes longer."""
+
+LOWEST_PRIORITY = 19
+MOST_SECONDS = 3600.0
+"""For one file; where simulations take all cores, little is left for this."""
+
+FREE_SHARE = 2
+"""The disk must have so many times the file's size free, so that others go on."""
+
+
+@dataclass(frozen=True)
+class Rewrite:
+    """What a file has once it is written anew."""
+
+    contents: Contents
+    cuts: list[int]  # bytes of what was no whole record; 0 for an end that was missing
+
+
+class Indexer:
+    """Writes files anew, large ones in a process of low priority, until it is closed."""
+
+    def __init__(self, small: int = SMALL) -> None:
+        self._small = small
+        self._worker = Worker(partial(os.nice, LOWEST_PRIORITY))
+
+    def write(self, path: Path) -> Rewrite:
+        """The same as `write_indexed`; after `close` an OSError."""
+        if path.stat().st_size <= self._small:
+            return write_indexed(path)
+        try:
+            outcome = self._worker.call_within(MOST_SECONDS, _try_to_write, path)
+        except (ProcessDiedError, BatchError) as error:
+            raise OSError(f"the process that indexes bags {error}") from error
+        if isinstance(outcome, OSError):
+            raise outcome
+        return outcome
+
+    def close(self) -> None:
+        """Abandon the file that is being written in the process."""
+        self._worker.close()
+
+
+def _try_to_write(path: Path) -> Rewrite | OSError:
+    """An error as a value: whoever raises one in the process ends it."""
+    try:
+        return write_indexed(path)
+    except OSError as error:
+        return error
+
+
+def write_indexed(path: Path) -> Rewrite:
+    """Write the sound part of a file anew beside it, where `put_in_place` takes it.
+
+    OSError without room, or where nothing says what a message is: then the file is
+    better left as it is. Memory holds one chunk, or one message, at a time.
+    """
+    half = _half_of(path)
+    half.unlink(missing_ok=True)  # it may be a pipe
+    try:
+        with open_file(path) as source, half.open("xb") as target:
+            size = os.fstat(source.fileno()).st_size
+            if shutil.disk_usage(half.parent).free < FREE_SHARE * size:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            rewrite = _copy(source, target, path)
+            target.flush()
+            os.fsync(target.fileno())
+        shutil.copystat(path, half)
+    except BaseException:
+        with suppress(OSError):
+            half.unlink()
+        raise
+    return rewrite
+
+
+def put_in_place(path: Path) -> int:
+    """Have the file that was written anew take its place, durably; return its bytes."""
+    _half_of(path).replace(path)
+    sync_directory(path.parent)
+    return path.stat().st_size
+
+
+def _half_of(path: Path) -> Path:
+    return path.with_name(path.name + HALF)
+
+
+def _copy(source: BinaryIO, target: BinaryIO, path: Path) -> Rewrite:
+    """Write schemas, channels and messages in their order, and end as rosbag2 does."""
+    contents = Contents()
+    cuts: list[int] = []
+    schemas: dict[int, int] = {}  # numbers in the target by those in the source
+    channels: dict[int, int] = {}
+    writer = Writer(target)
+    writer.start(mcap_layout.PROFILE, mcap_layout.LIBRARY)
+    for record in _sound_records(source, Allowance(path), cuts):
+        if isinstance(record, records.Message):
+            if record.channel_id not in channels:
+                raise OSError("the description of a topic in it is damaged")
+            contents.count(record.channel_id, record.log_time)
+            writer.add_message(
+                channels[record.channel_id],
+                record.log_time,
+                record.data,
+                record.publish_time,
+                record.sequence,
+            )
+        # A summary has schemas and channels once more.
+        elif isinstance(record, records.Schema) and record.id not in schemas:
+            contents.schemas[record.id] = record
+            schemas[record.id] = writer.register_schema(
+                record.name, record.encoding, record.data
+            )
+        elif (
+            isinstance(record, records.Channel)
+            and record.id not in channels
+            and record.schema_id in schemas
+        ):
+            contents.channels[record.id] = record
+            channels[record.id] = writer.register_channel(
+                record.topic,
+                record.message_encoding,
+                schemas[record.schema_id],
+                record.metadata,
+            )
+    information = mcap_layout.bag_information({path.name: contents})
+    writer.add_metadata("rosbag2", {"serialized_metadata": information})
+    writer.finish()  # type: ignore[no-untyped-call]
+    return Rewrite(contents, cuts)
+
+
+def _sound_records(
+    source: BinaryIO, allowance: Allowance, cuts: list[int]
+) -> Iterator[records.McapRecord | None]:
+    """Records in chunks and outside; `cuts` takes the bytes of each unsound stretch."""
+    for frame in read_frames(source, lambda start, end: cuts.append(end - start)):
+        try:
+            yield from records_in(frame, allowance)
+        except UNREADABLE:
+            cuts.append(frame.end - frame.start)
