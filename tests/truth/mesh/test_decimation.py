@@ -2,6 +2,8 @@
 threads.
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
 import trimesh
@@ -13,8 +15,16 @@ from ros_pose_stats import part_from_mesh
 from ros_pose_stats.core.mesh.decimation import visible_triangles
 
 FINEST = 20_000
-SURFACES = {"gear": fine_parts.gear(), "screw": fine_parts.screw()}
-PARTS = {name: part_from_mesh(*surface) for name, surface in SURFACES.items()}
+
+
+@cache
+def surface_of(name):
+    return getattr(fine_parts, name)()
+
+
+@cache
+def part_of(name):
+    return part_from_mesh(*surface_of(name))
 
 
 def mesh_of(triangles):
@@ -51,9 +61,9 @@ def assert_near(true, visible, distance):
 
 
 @pytest.mark.parametrize(("most", "share"), [(FINEST, 0.002), (1000, 0.02)])
-@pytest.mark.parametrize("name", PARTS)
+@pytest.mark.parametrize("name", ["gear", "screw"])
 def test_they_stay_near_the_surface_and_leave_out_nothing(name, most, share):
-    part = PARTS[name]
+    part = part_of(name)
     true = part.surface_vertices[part.surface_triangles]
     visible = visible_triangles(part, most)
     assert len(visible) <= most < len(true)
@@ -65,7 +75,7 @@ def test_they_stay_near_the_surface_and_leave_out_nothing(name, most, share):
 
 @pytest.mark.parametrize("most", [FINEST, 4000, 1000])
 def test_a_line_passes_through_every_gap_and_the_bore_and_meets_every_tooth(most):
-    visible = visible_triangles(PARTS["gear"], most)
+    visible = visible_triangles(part_of("gear"), most)
     middle = 0.5 * (fine_parts.TIP + fine_parts.ROOT)
     for k in range(fine_parts.TEETH):
         for turn, hits in ((0.25, [0.0, fine_parts.FACE]), (0.75, [])):
@@ -82,15 +92,15 @@ def test_a_part_of_few_triangles_is_drawn_as_it_is_and_others_the_same_each_time
     assert (
         visible_triangles(part, 100) == part.surface_vertices[part.surface_triangles]
     ).all()
-    vertices, triangles = SURFACES["gear"]
-    visible = visible_triangles(PARTS["gear"], 2000)
+    vertices, triangles = surface_of("gear")
+    visible = visible_triangles(part_of("gear"), 2000)
     for scale in (1.0, 2.0**-40, 2.0**40):
         scaled = part_from_mesh(scale * vertices, triangles)
         assert (visible_triangles(scaled, 2000) == scale * visible).all()
 
 
 def test_an_open_mesh_is_drawn_as_received_from_both_sides():
-    vertices, triangles = SURFACES["gear"]
+    vertices, triangles = surface_of("gear")
     part = part_from_mesh(vertices, triangles[1000:])
     assert [line for line in part.warnings if line.startswith("OPEN_MESH:")]
     visible = visible_triangles(part, 4000)
@@ -108,8 +118,8 @@ def test_an_open_mesh_is_drawn_as_received_from_both_sides():
 
 @given(
     st.integers(0, 2**32 - 1),
-    st.integers(4, 2000),
-    st.integers(4, 3000),
+    st.integers(12, 2000),  # of fewer corners some are too flat for a part
+    st.integers(12, 3000),
     st.sampled_from([1e-4, 1.0]),
     st.integers(100, 1000),
 )

@@ -56,19 +56,19 @@ def rise_over_quarter_turns(resting, pose):
 
 
 ROLLING = {
-    "cap screw": (threaded.cap_screw(36, start=17.0), TOLERANCE),
-    "left-handed cap screw": (threaded.cap_screw(24, hand=-1), TOLERANCE),
-    "threadlike spring": (threaded.spring(48), TOLERANCE),
-    "open spring": (threaded.spring(64, 6.0, 4.0), TOLERANCE),
-    "gear": (exports.gear(20), TOOTH),
-    "gear with pointed teeth": (exports.gear(16, 0.0), TOOTH),
-    "gear with chamfers": (exports.gear(40, 0.3, chamfer=0.03), TOOTH),
+    "cap screw": (lambda: threaded.cap_screw(36, start=17.0), TOLERANCE),
+    "left-handed cap screw": (lambda: threaded.cap_screw(24, hand=-1), TOLERANCE),
+    "threadlike spring": (lambda: threaded.spring(48), TOLERANCE),
+    "open spring": (lambda: threaded.spring(64, 6.0, 4.0), TOLERANCE),
+    "gear": (lambda: exports.gear(20), TOOTH),
+    "gear with pointed teeth": (lambda: exports.gear(16, 0.0), TOOTH),
+    "gear with chamfers": (lambda: exports.gear(40, 0.3, chamfer=0.03), TOOTH),
 }
 
 
-@pytest.mark.parametrize(("surface", "allowed"), ROLLING.values(), ids=ROLLING)
-def test_what_rolls(surface, allowed):
-    resting, poses = lying(surface)
+@pytest.mark.parametrize(("make", "allowed"), ROLLING.values(), ids=ROLLING)
+def test_what_rolls(make, allowed):
+    resting, poses = lying(make())
     assert any(pose.rolls for pose in poses)
     for pose in poses:
         assert pose.rolls == (rise_over_quarter_turns(resting, pose) < allowed)
@@ -79,17 +79,17 @@ def test_what_rolls(surface, allowed):
 
 
 HELD = {
-    "flat": shaft_with_flats(1),
-    "four flats": shaft_with_flats(4),
-    "wide flat": exports.d_shaft(60),
-    "hexagon head": threaded.bolt(36),
-    "six sides": exports.gear(6),
+    "flat": lambda: shaft_with_flats(1),
+    "four flats": lambda: shaft_with_flats(4),
+    "wide flat": lambda: exports.d_shaft(60),
+    "hexagon head": lambda: threaded.bolt(36),
+    "six sides": lambda: exports.gear(6),
 }
 
 
-@pytest.mark.parametrize("surface", HELD.values(), ids=HELD)
-def test_what_a_flat_holds(surface):
-    resting, poses = lying(surface)
+@pytest.mark.parametrize("make", HELD.values(), ids=HELD)
+def test_what_a_flat_holds(make):
+    resting, poses = lying(make())
     for pose in {pose.group: pose for pose in poses}.values():
         assert rise_over_quarter_turns(resting, pose) > TOLERANCE
         assert not pose.rolls
@@ -98,7 +98,8 @@ def test_what_a_flat_holds(surface):
 
 @pytest.mark.parametrize("name", ["cap screw", "threadlike spring", "gear"])
 def test_turned_copies_roll_alike(name):
-    surface, _ = ROLLING[name]
+    make, _ = ROLLING[name]
+    surface = make()
     turn = rotation(4)
     plain = resting_poses(part_from_mesh(*surface, unit="mm")).poses
     turned = resting_poses(part_from_mesh(*moved(surface, turn), unit="mm")).poses

@@ -38,16 +38,17 @@ def far(body, seed):
 
 
 BODIES = {
-    "bolt": (threaded.bolt(24, start=17.0, turn=5.0), BOLT),
-    "nut": (threaded.nut(36, start=17.0, turn=5.0), NUT),
-    "bolt without a thread, 33 sides": (exports.screw(33, 0.1), BOLT),
-    "twelve teeth": (exports.gear(12, 0.15), [2, 12]),
-    "sixty teeth": (exports.gear(60), [1, 2]),
+    "bolt": (lambda: threaded.bolt(24, start=17.0, turn=5.0), BOLT),
+    "nut": (lambda: threaded.nut(36, start=17.0, turn=5.0), NUT),
+    "bolt without a thread, 33 sides": (lambda: exports.screw(33, 0.1), BOLT),
+    "twelve teeth": (lambda: exports.gear(12, 0.15), [2, 12]),
+    "sixty teeth": (lambda: exports.gear(60), [1, 2]),
 }
 
 
-@pytest.mark.parametrize(("body", "expected"), BODIES.values(), ids=BODIES)
-def test_rounded_and_far_from_the_origin(body, expected):
+@pytest.mark.parametrize(("make", "expected"), BODIES.values(), ids=BODIES)
+def test_rounded_and_far_from_the_origin(make, expected):
+    body = make()
     assert sizes(body) == expected
     for seed in range(2):
         assert sizes(rounded(body, seed)) == expected
