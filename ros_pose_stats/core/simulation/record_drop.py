@@ -164,7 +164,8 @@ def _record_tape(
 def _read_events(
     body: drop_body.PreparedBody, tape: Array, unit: float
 ) -> tuple[DropEvent, ...]:
-    speed = body.radius / unit
+    radius = body.radius
+    speed = radius / unit
     states = tape[:, STATE_ON_TAPE]
     ups = turn_vectors(states[:, layout.P : layout.P + 3], body.axes.T)
     spins = states[:, layout.W : layout.W + 3] / unit
@@ -180,7 +181,7 @@ def _read_events(
                 vertex=int(body.corner[vertex]) if vertex >= 0 else -1,
                 mode=MODES[int(row[layout.TAPE_MODE])],
                 contact=tuple(int(body.corner[j]) for j in contacts if j >= 0),
-                height=float(state[layout.Z]) * body.radius,
+                height=float(state[layout.Z]) * radius,
                 velocity=float(state[layout.V]) * speed,
                 up=up,
                 angular_velocity=spin,

@@ -20,13 +20,15 @@ BODIES = {
 
 
 @pytest.fixture(
-    scope="module", params=[("box", 0.5), ("clamp", 0.0), ("cylinder", 0.0)], ids=str
+    scope="module",
+    params=[("box", 0.5, 3), ("clamp", 0.0, 3), ("cylinder", 0.0, 0)],
+    ids=str,
 )
 def film(request, tmp_path_factory):
     """Part, recorded drop, seconds, places (n, 3), turns and energies (n,) of the
     frames.
     """
-    name, restitution = request.param
+    name, restitution, number = request.param
     folder = tmp_path_factory.mktemp("film")
     stl = write_stl(folder / f"{name}.stl", BODIES[name])
     answer(
@@ -35,7 +37,7 @@ def film(request, tmp_path_factory):
         "--unit",
         "mm",
         "--drop",
-        3,
+        number,
         "--seed",
         7,
         "--restitution",
@@ -63,7 +65,7 @@ def film(request, tmp_path_factory):
     part = load_part(stl, unit="mm")
     return (
         part,
-        record_drop(part, 3, restitution, 7),
+        record_drop(part, number, restitution, 7),
         np.array(seconds),
         np.array(places),
         Rotation.from_quat(turns),

@@ -2,8 +2,6 @@
 
 import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -63,7 +61,9 @@ def test_bodies_that_stand_apart_have_a_note_or_a_reason(tmp_path):
     assert "export each by itself" in unlike["refusal"]
 
 
-def test_a_part_that_ends_its_process_is_refused_and_costs_no_other(tmp_path):
+def test_a_part_that_ends_its_process_is_refused_and_costs_no_other(
+    tmp_path, monkeypatch
+):
     """As one does that makes a library crash: here reading it is an abort."""
     for name in ("box.stl", "deadly.stl", "other.stl"):
         write_stl(tmp_path / name, shapes.box(10.0, 20.0, 30.0))
@@ -76,23 +76,9 @@ def test_a_part_that_ends_its_process_is_refused_and_costs_no_other(tmp_path):
         "    return usual(path, *how, **more)\n"
         "os.open = deadly\n"
     )
-    outcome = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "ros_pose_stats",
-            "catalogue",
-            tmp_path,
-            "--unit",
-            "mm",
-            "--workers",
-            "1",
-            "-o",
-            tmp_path / "out",
-        ],
-        capture_output=True,
-        text=True,
-        env=os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"},
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{ROOT}")
+    outcome = call(
+        "catalogue", tmp_path, "--unit", "mm", "--workers", 1, "-o", tmp_path / "out"
     )
     assert outcome.returncode == 0 and ": 3 parts, 1 refused" in outcome.stdout
     assert (
