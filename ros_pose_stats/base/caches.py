@@ -8,7 +8,9 @@ looked at once it is open.
 import errno
 import hashlib
 import os
+import shutil
 import stat
+import time
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -18,6 +20,9 @@ from .files import write_whole
 NAME = "ros_pose_stats"
 SEAL = 32
 """Bytes of the digest at the head of a file."""
+
+_LONGEST_WRITE = 3600.0
+"""Seconds; hundreds of megabytes take some."""
 
 OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
@@ -115,6 +120,14 @@ def write_sealed(file: Path, content: bytes) -> None:
     write_whole(file.parent, write)
 
 
+def _remove_unfinished(folder: Path) -> None:
+    """Remove what killed writers had begun; others may be writing just now."""
+    for entry in os.scandir(folder):
+        is_folder = entry.is_dir(follow_symlinks=False)
+        if is_folder and time.time() - entry.stat().st_mtime > _LONGEST_WRITE:
+            shutil.rmtree(entry.path, ignore_errors=True)
+
+
 class BoundedCache:
     """Files by name in a folder of the cache; the least recently used ones go."""
 
@@ -142,6 +155,7 @@ class BoundedCache:
             return
         with suppress(OSError):
             write_sealed(folder / key, key.encode() + b"\n" + content)
+            _remove_unfinished(folder)
             self._remove_oldest(folder)
 
     def _folder(self) -> Path | None:

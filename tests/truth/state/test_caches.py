@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from ros_pose_stats.base.caches import BoundedCache
+from ros_pose_stats.base.files import PREFIX
 
 
 @pytest.fixture
@@ -28,6 +29,18 @@ def test_what_was_not_used_for_longest_goes(cache):
     assert sorted(file.name for file in folder.iterdir()) == ["a", "c", "d"]
     meshes.keep("e", 500 * b"e")
     assert meshes.find("e") is None and meshes.find("d") is not None
+
+
+def test_what_killed_writers_leave_goes_and_what_is_being_written_stays(cache):
+    meshes, folder = cache
+    meshes.keep("a", b"content")
+    for name in ("killed", "writing"):
+        unfinished = folder / f"{PREFIX}{name}"
+        unfinished.mkdir()
+        (unfinished / "b").write_bytes(100 * b"b")
+    os.utime(folder / f"{PREFIX}killed", (0, 0))
+    meshes.keep("c", b"content")
+    assert {file.name for file in folder.iterdir()} == {"a", "c", f"{PREFIX}writing"}
 
 
 def test_damaged_files_are_not_used(cache):
