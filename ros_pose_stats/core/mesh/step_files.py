@@ -22,12 +22,13 @@ as many sides as a rim a thousand times its size, whatever the unit. On circles 
 angle decides; at 1e-3 this would divide some of them by 100."""
 
 
-def read_step(data: bytes, folder: str) -> RawScene:
+def read_step(data: bytes, folder: str, deflection: float = LINEAR) -> RawScene:
     """The solids of a STEP file in metres; `folder`: where cascadio is."""
-    return read_glb(tessellate(data, folder))._replace(unit=declared_unit(data))
+    scene = read_glb(tessellate(data, folder, deflection))
+    return scene._replace(unit=declared_unit(data))
 
 
-def tessellate(data: bytes, folder: str) -> bytes:
+def tessellate(data: bytes, folder: str, deflection: float) -> bytes:
     """A GLB file in metres of a STEP file, every circle with 96 sides.
 
     Of cascadio only the compiled core is loaded: its own module loads all of trimesh.
@@ -42,7 +43,7 @@ def tessellate(data: bytes, folder: str) -> bytes:
     glb: bytes = _core.to_glb_bytes(
         data,
         _core.FileType.STEP,
-        tol_linear=LINEAR,
+        tol_linear=deflection,
         tol_angular=ANGLE,
         tol_relative=True,
         use_parallel=False,
