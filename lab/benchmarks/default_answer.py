@@ -32,8 +32,8 @@ from ros_pose_stats.core.planning import confidence
 from ros_pose_stats.core.records.scene import DEFAULT_RESTITUTION
 from ros_pose_stats.core.statistics.prior import PosePrior, prior_fit
 
+from .files import files_in, loaded
 from .program import benchmark_parser, run_benchmark
-from .real_files import files_in, loaded
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -16,8 +16,7 @@ BENCHMARKS = Page(
     """# Benchmarks
 
 Written by `python -m lab.benchmarks.core --write`, and so by `lab.benchmarks.start`,
-`lab.benchmarks.drops`, `lab.benchmarks.real_files`, `lab.training.expected_errors`,
-`lab.benchmarks.default_answer` and
+`lab.benchmarks.drops`, `lab.training.expected_errors`, `lab.benchmarks.default_answer` and
 `lab.benchmarks.node`, from `docs/measured/numbers/*.json`; edits here are lost.
 The machine was shared while these ran: contenders took turns within one run, so the
 ratios are what counts, and times only give an idea. Kernels were compiled before, and
@@ -29,7 +28,6 @@ linear algebra library wait for each other, which `OPENBLAS_NUM_THREADS=1` avoid
         "core",
         "start",
         "drops",
-        "real_files",
         "expected_errors",
         "default_answer",
         "node",

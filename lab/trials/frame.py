@@ -32,13 +32,6 @@ TITLES = {
         "Bodies are given in other ways too (turned, in other units, renumbered, cut "
         "finer), which must change nothing that rounding does not decide.",
     ),
-    "units": (
-        "Units",
-        "STL files of stairs whose lengths are multiples of a step that people draw "
-        "in, 1 mm to 1 m long, read without their unit. At least 99 % of those in "
-        "millimetres are to be read right, and each warning is to name the true "
-        "length.",
-    ),
     "soak": (
         "Soak",
         "Drops of many bodies, and a node that is busy in eleven ways at once while "
@@ -61,8 +54,8 @@ PAGE = Page(
     "reliability.md",
     """# Reliability
 
-*This page is written by `python -m lab.trials.fuzz --write`, and so by `lab.trials.units`,
-`lab.trials.soak`, `lab.trials.attacks` and `lab.trials.state`, from what each of them stored in
+*This page is written by `python -m lab.trials.fuzz --write`, and so by `lab.trials.soak`,
+`lab.trials.attacks` and `lab.trials.state`, from what each of them stored in
 `docs/measured/numbers`. `python -m lab.trials` runs all of them in a short form.*
 
 Broken is how many promises were not kept. The machines were shared, so times give an idea only.

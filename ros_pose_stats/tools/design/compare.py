@@ -60,7 +60,7 @@ up to 9 points (tests/truth/design).
 EXPORT_ERROR = 0.005
 """Standard deviation by which shares of two exports of one round part differ.
 
-The drops see the facets of the file, not the part (docs/measured/exports.md).
+The drops see the facets of the file, not the part (docs/decisions.md).
 """
 
 NO_SHARE = feeding.Bounded(0.0, 0.0, 0.0)

@@ -15,7 +15,7 @@ from lab.training.split import counting
 from lab.training.split.judge import errors_by_family
 from lab.training.split.samples import JUDGE_SEED, read_samples
 from ros_pose_stats.core.estimators.fitted import SPLIT_FITS
-from tests.running import ROOT, answer
+from tests.running import ROOT
 
 from .programs import lab
 
@@ -92,31 +92,6 @@ def test_the_default_answer_is_judged_by_many_drops():
     assert len(verdicts) >= 10
     for value, limit, least, verdict in verdicts:
         assert verdict == (value >= limit if least else value < limit)
-
-
-@pytest.mark.long
-def test_one_part_in_many_exports_is_one_part():
-    """One list of poses for all of them, and drops that differ by chance alone."""
-    text = lab("benchmarks.exports", "--drops", 100, "--thrown", 20)
-    rows = [line for line in text.splitlines() if "| lists " in line]
-    assert len(rows) == 10
-    for row in rows:
-        assert "lists 1.00, limit 2: PASS" in row
-        assert re.search(r"p \d\S*, at least 0.001: PASS", row)
-        if not row.startswith("| filleted box"):
-            assert re.search(r"split, points \S+, limit 0.5: PASS", row)
-    for value, limit, least, verdict in judged(text):
-        assert verdict == (value >= limit if least else value < limit)
-
-
-def test_files_of_one_s_own_are_timed(tmp_path):
-    answer("shapes", tmp_path)
-    for file in tmp_path.iterdir():
-        if file.stem not in ("prism", "clamp"):
-            file.unlink()
-    text = lab("benchmarks.real_files", tmp_path)
-    assert "clamp" in text and "prism" in text
-    assert re.search(r"drops/s \|\s*2 ", text)
 
 
 @pytest.mark.long
