@@ -126,46 +126,50 @@ def write_prisms(results: PrismResults, file: Path) -> list[Path]:
 
 INTRODUCTION = """# Accuracy
 
-Written by `python -m study figures -o docs`; edits here are lost. The numbers behind the
-tables and figures are in `table.json`, `prisms.json` and `chart.json` in
-`docs/measured/numbers`. All of it holds for the drop simulation's own model: a rigid part on a
-rigid, frictionless, horizontal plate, released from rest in a random orientation. Against a real
-plate expect some 5 points on top (see the dice below).
+Written by `python -m study figures -o docs`; edits here are lost. The numbers behind
+the tables and figures are in `table.json`, `prisms.json` and `chart.json` in
+`docs/measured/numbers`. All of it holds for the drop simulation's own model: a rigid
+part on a rigid, frictionless, horizontal plate, released from rest in a random
+orientation. Against a real plate expect some 5 points on top (see the dice below).
 
-Errors are root mean squares over stable poses, the paper's σ(e, p) (Eqs. 1 to 4): the deviation
-from simulated probabilities with the noise of the finite number of drops taken off. The noise is
-taken without bias, s (1 - s) / (n - 1). No poses are merged (cluster tolerance 0).
+Errors are root mean squares over stable poses, the paper's σ(e, p) (Eqs. 1 to 4): the
+deviation from simulated probabilities with the noise of the finite number of drops
+taken off. The noise is taken without bias, s (1 - s) / (n - 1). No poses are merged
+(cluster tolerance 0).
 """
 
 CHART = """## Speed against accuracy
 
-![Time of a part on one core against the error of its probabilities, for four kinds of part; a
-stair joins the methods that no other beats in both](../figures/speed_accuracy.png)
+![Time of a part on one core against the error of its probabilities, for four kinds of
+part; a stair joins the methods that no other beats in
+both](../figures/speed_accuracy.png)
 
-Time is that of the processor from the mesh arrays to the statistics, on one core, the median over
-parts; compiled kernels are warm. Other work on the machine slows all methods down, so ratios
-count. The error is pooled over the restitutions. That of the drop simulation is the noise of so
-many drops; that of others is measured against it, that of the default answer and of `hybrid` with
-drops of their own for every body, or the first 200. The default answer, `auto` without a target,
-drops until its error is within two points with 90 % confidence, but at least 400 times, unless its
-budget of impacts and steps ends before; n is the median. The paper's estimators are pale. Larger
-parts are hulls of random points on ellipsoids of different proportions. The machined and turned
-parts (shafts, brackets, rings, screws, plates, gears) are taken as users' files are: poses by
-persistence, round surfaces at 192 sides a turn. `trimesh.poses` is timed without the making of its
-mesh object, MuJoCo, on some of the smallest bodies, inside its steps alone; MuJoCo's error holds
-its own noise.
+Time is that of the processor from the mesh arrays to the statistics, on one core, the
+median over parts; compiled kernels are warm. Other work on the machine slows all
+methods down, so ratios count. The error is pooled over the restitutions. That of the
+drop simulation is the noise of so many drops; that of others is measured against it,
+that of the default answer and of `hybrid` with drops of their own for every body, or
+the first 200. The default answer, `auto` without a target, drops until its error is
+within two points with 90 % confidence, but at least 400 times, unless its budget of
+impacts and steps ends before; n is the median. The paper's estimators are pale. Larger
+parts are hulls of random points on ellipsoids of different proportions. The machined
+and turned parts (shafts, brackets, rings, screws, plates, gears) are taken as users'
+files are: poses by persistence, round surfaces at 192 sides a turn. `trimesh.poses` is
+timed without the making of its mesh object, MuJoCo, on some of the smallest bodies,
+inside its steps alone; MuJoCo's error holds its own noise.
 """
 
 TABLES = """## Estimators on random polyhedra
 
-![The estimators' predictions against simulated probabilities](../figures/estimators.png)
+![The estimators' predictions against simulated
+probabilities](../figures/estimators.png)
 
 ![What the noise of 100 drops does to a perfect estimator](../figures/noise.png)
 
-The paper's text on how far the centre of mass is shifted does not give its dataset, so every table
-names the shift: its scale, and whether it is measured in roots of the principal moments of
-inertia over the mass, as printed, or of the second moments. `python -m study dataset` makes such
-datasets; those below come with the package.
+The paper's text on how far the centre of mass is shifted does not give its dataset, so
+every table names the shift: its scale, and whether it is measured in roots of the
+principal moments of inertia over the mass, as printed, or of the second moments.
+`python -m study dataset` makes such datasets; those below come with the package.
 """
 
 PRISMS = """## Square prisms and dice that were rolled

@@ -48,7 +48,8 @@ def estimates(
         Of bodies of about the same size: the drop height is in metres.
     scene : DropScene
     known : dict of str to (P,) array, optional
-        Estimates for another scene; those of methods that do not know the scene are taken over.
+        Estimates for another scene; those of methods that do not know the scene are
+        taken over.
     """
     reusable = {} if earlier is None else earlier
     return {

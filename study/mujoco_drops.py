@@ -119,8 +119,8 @@ LONGEST = 2000.0
 _XML = """<mujoco><option gravity="0 0 -1" integrator="implicitfast"/>
 <asset><mesh name="hull" vertex="{}"/></asset>
 <worldbody><geom type="plane" size="1 1 1" condim="1"/><body><freejoint/>
-<inertial pos="0 0 0" mass="1" diaginertia="{}"/><geom type="mesh" mesh="hull" condim="1"/>
-</body></worldbody></mujoco>"""
+<inertial pos="0 0 0" mass="1" diaginertia="{}"/>
+<geom type="mesh" mesh="hull" condim="1"/></body></worldbody></mujoco>"""
 
 
 def available() -> bool:

@@ -39,7 +39,8 @@ class Copies:
         )
 
     def run(self, program, words):
-        """Status, standard output and standard error of a program, as `module:function`.
+        """Status, standard output and standard error of a program, as
+        `module:function`.
 
         It has the environment and the folder of the caller.
         """

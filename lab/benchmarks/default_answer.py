@@ -85,8 +85,8 @@ HELD = 88.0
 FAMILY_LIMITS = {"true": 1.8, "from": 1.15}
 REACHED_LIMITS = {"true": 1.1, "groups": 1.5}
 LIMITS = {"largest": KEPT, "missed": 5.0, "ms": 60.0, "mean ms": 130.0}
-"""Aims: least per cent of bounds and targets that are kept and of intervals that hold the
-reference; the most, by column, of a family, of scenes that reach the target, and of
+"""Aims: least per cent of bounds and targets that are kept and of intervals that hold
+the reference; the most, by column, of a family, of scenes that reach the target, and of
 all. The ratio of a family is to reach its aim within its band.
 """
 
@@ -95,30 +95,31 @@ ABOUT = (
     "are root mean squares over poses and scenes in points. `split`, `its told`: that "
     "estimate alone, and what it expects. `true`, `±`, `told`: of the answer, with the "
     "standard error over bodies, and what it expects; `ratio`, `from`: true over told, "
-    "and where its band of 90 % begins. `groups`: of the shares of groups. `largest`: per "
-    "cent of the scenes in which every pose is within `largest_error`. `held`: per "
+    "and where its band of 90 % begins. `groups`: of the shares of groups. `largest`: "
+    "per cent of the scenes in which every pose is within `largest_error`. `held`: per "
     "cent of the poses whose interval of 90 % holds the reference; both are widened by "
     "its noise. `missed`, `conflict`: per cent of the scenes with these warnings. "
     "`drops`, `ms`: medians; milliseconds are processor time of a new part on one "
     "thread, poses and all. Scenes: restitution 0.2 and 0.8 from 20 radii for every "
-    "other body, 0.5 from 20 and from 5 for the others. Families with a star are in "
-    "no fit; bodies of the others are new."
+    "other body, 0.5 from 20 and from 5 for the others. Families with a star are in no "
+    "fit; bodies of the others are new."
 )
 BY_SHARE = (
     "Intervals of 90 % of the same answers, by the reference's share of the pose: per "
     "cent that hold it. Not times."
 )
 BY_POWER = (
-    "What some drops make of an estimate of a nut (two ends, six sides) that expects an "
-    "error of {:g} points and is off by more in the share of its ends: by sums over all "
-    "counts. `refuted`: per cent of the runs with a `CONFLICT`. `error`: of the share of "
-    "the ends, root mean square in points, and `drops alone` without an estimate. `kept`: "
-    "per cent of the runs in which every pose is within `largest_error`. Not times."
+    "What some drops make of an estimate of a nut (two ends, six sides) that expects "
+    "an error of {:g} points and is off by more in the share of its ends: by sums over "
+    "all counts. `refuted`: per cent of the runs with a `CONFLICT`. `error`: of the "
+    "share of the ends, root mean square in points, and `drops alone` without an "
+    "estimate. `kept`: per cent of the runs in which every pose is within "
+    "`largest_error`. Not times."
 )
 BY_TARGET = (
     "`auto(part, target)` of the same scenes but for those with `TARGET_MISSED`, where "
-    "drops take long; on one thread. `kept`: per cent of the scenes whose true root mean "
-    "square error over the poses is within the target, of all and by restitution. "
+    "drops take long; on one thread. `kept`: per cent of the scenes whose true root "
+    "mean square error over the poses is within the target, of all and by restitution. "
     "Milliseconds are mean processor time of a new part, poses and all."
 )
 
@@ -160,10 +161,10 @@ def judge(part: Part, restitution: float, radii: float) -> dict[str, Any]:
     is_missed = "TARGET_MISSED" in texts
     kept = np.full((2, len(TARGETS)), np.nan)
     if not is_missed:
-        for place, target in enumerate(TARGETS):
+        for column, target in enumerate(TARGETS):
             answer, spent = timed(partial(answer_in, replace(part), target))
             square = square_error(by_index(answer), count)
-            kept[:, place] = square <= target**2, 1e3 * spent
+            kept[:, column] = square <= target**2, 1e3 * spent
     probability, low, high, group = (
         by_index(statistics, name)
         for name in ("probability", "probability_low", "probability_high", "group")
@@ -285,16 +286,16 @@ def answers(cases: Cases) -> Section:
         for name, (chosen, limits) in kinds.items()
         if np.unique(cases["body"][chosen]).size > 1
     ]
-    about = ABOUT.format(MOST)
-    return Section("default_answer", "The default answer", about, tuple(rows))
+    description = ABOUT.format(MOST)
+    return Section("default_answer", "The default answer", description, tuple(rows))
 
 
 def intervals(cases: Cases) -> Section:
     """Table of the intervals by the share of the pose."""
     poses = cases["poses"].sum(axis=0).tolist()
-    held = cases["held"].sum(axis=0).tolist()
+    held_counts = cases["held"].sum(axis=0).tolist()
     rows = []
-    for low, count, held_count in zip(SHARES, poses, held, strict=False):
+    for low, count, held_count in zip(SHARES, poses, held_counts, strict=False):
         if count:
             share = 100.0 * held_count / count
             verdict = (Target("held", share, HELD, at_least=True),)
@@ -349,8 +350,8 @@ def powers() -> Section:
         )
         for drops in POWERS
     ]
-    about = BY_POWER.format(100.0 * NUT_TOLD)
-    return Section("powers", "The power of drops", about, tuple(rows))
+    description = BY_POWER.format(100.0 * NUT_TOLD)
+    return Section("powers", "The power of drops", description, tuple(rows))
 
 
 def power(drops: int, offset: float) -> dict[str, float]:

@@ -24,11 +24,11 @@ TOLERANCE = ", tolerance 0.005"
 
 INTRODUCTION = """# What a part costs
 
-Written by `python -m lab.benchmarks.speed`, and by every benchmark that stores its results, from
-`docs/measured/numbers/*.json`; edits here are lost. Times are medians on one core unless said
-otherwise, with kernels that were compiled before. The machines, named below, were shared while
-these ran, so times only give an idea. [benchmarks.md](benchmarks.md) has the details, and every
-target that was met or missed.
+Written by `python -m lab.benchmarks.speed`, and by every benchmark that stores its
+results, from `docs/measured/numbers/*.json`; edits here are lost. Times are medians on
+one core unless said otherwise, with kernels that were compiled before. The machines,
+named below, were shared while these ran, so times only give an idea.
+[benchmarks.md](benchmarks.md) has the details, and every target that was met or missed.
 """
 
 CHART = """## By size
@@ -36,16 +36,17 @@ CHART = """## By size
 ![Time of a part on one core against the error of its probabilities, for four kinds of
 part](../figures/speed_accuracy.png)
 
-An estimate is the first answer, and drops lower its error. Time is from the mesh arrays to the
-probabilities; the error is the root mean square over the poses in percentage points, against the
-drop simulation's own limit. No poses of polyhedra are merged (cluster tolerance 0); machined and
-turned parts are taken as users' files are. A real plate adds some 5 points, whatever the method.
+An estimate is the first answer, and drops lower its error. Time is from the mesh arrays
+to the probabilities; the error is the root mean square over the poses in percentage
+points, against the drop simulation's own limit. No poses of polyhedra are merged
+(cluster tolerance 0); machined and turned parts are taken as users' files are. A real
+plate adds some 5 points, whatever the method.
 """
 
 DEMO_PARTS = """## The demo parts
 
-Time from the mesh arrays to the answers of every estimator, beside that of trimesh, which has the
-quasi-static estimator.
+Time from the mesh arrays to the answers of every estimator, beside that of trimesh,
+which has the quasi-static estimator.
 """
 
 DROP = """## A drop
@@ -57,8 +58,9 @@ VERTICES = (100, 1000, 5000)
 
 WANTED_ERROR = """## A wanted error
 
-`auto` drops a part only as often as the wanted error takes. The table gives the mean processor
-time a part, and the share of the cases that kept the error (90 % is promised).
+`auto` drops a part only as often as the wanted error takes. The table gives the mean
+processor time a part, and the share of the cases that kept the error (90 % is
+promised).
 """
 
 CHOSEN = (

@@ -57,9 +57,9 @@ def gear(teeth, boss=6.0, keyway=0.0, missing=()):
 
 
 def double_gear(teeth, other_teeth, share):
-    """Two gears of different pitch on one shaft, the other one smaller."""
-    other = toothed_disc(other_teeth).scale((share, share, 1.0))
+    """Two gears of different pitch on one shaft, the upper one smaller."""
+    upper = toothed_disc(other_teeth).scale((share, share, 1.0))
     shaft = hub(2.6 * WIDTH, 3.0)
     return surface(
-        toothed_disc(teeth) + other.translate((0.0, 0.0, 1.3 * WIDTH)) + shaft
+        toothed_disc(teeth) + upper.translate((0.0, 0.0, 1.3 * WIDTH)) + shaft
     )

@@ -149,8 +149,8 @@ def random_polyhedron(
     shift : float
         Scale of the shift, at least 0; 1 as printed in the paper.
     shift_moment : {'inertia', 'second'}
-        q_i² is a principal moment of inertia over the mass, as printed, or the principal
-        second moment (the integral of x_i² over the mass).
+        q_i² is a principal moment of inertia over the mass, as printed, or the
+        principal second moment (the integral of x_i² over the mass).
 
     Raises
     ------

@@ -112,15 +112,15 @@ def assembled(solids: list[Solid]) -> Part:
         for vertices, triangles in (solid.surface() for solid in solids)
     ]
     density = np.array([solid.density for solid in solids])
-    masses = density * np.array([one.volume for one in whole])
-    centers = np.array([one.centroid for one in whole])
+    masses = density * np.array([body.volume for body in whole])
+    centers = np.array([body.centroid for body in whole])
     mass = float(masses.sum())
     center = masses @ centers / mass
     inertia = np.zeros((3, 3))
-    for one, sign, part, offset in zip(
+    for body, sign, part, offset in zip(
         whole, density, masses, centers - center, strict=True
     ):
-        inertia += sign * one.inertia
+        inertia += sign * body.inertia
         inertia += part * ((offset @ offset) * np.eye(3) - np.outer(offset, offset))
     full = [solid for solid in solids if solid.density > 0.0]
     corners = np.concatenate([solid.corners for solid in full])

@@ -74,8 +74,8 @@ class StepText:
         )
 
     def solid(self, disc, lost=()):
-        """A round plate with its holes; `lost`: faces that it lacks, by number: walls of
-        rim and holes, top, bottom.
+        """A round plate with its holes; `lost`: faces that it lacks, by number: walls
+        of rim and holes, top, bottom.
         """
         x0, y0, z0 = disc.center
         faces = []

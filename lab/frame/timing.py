@@ -26,8 +26,8 @@ class Contender:
     prepare : callable
         Runs before each call, untimed, and makes what the call uses up.
     collected : bool
-        Whether the garbage collector runs during the call. trimesh copies the hull for each
-        pose, in cycles; uncollected, the copies of a large body fill the memory.
+        Whether the garbage collector runs during the call. trimesh copies the hull for
+        each pose, in cycles; uncollected, the copies of a large body fill the memory.
     """
 
     name: str
@@ -106,14 +106,14 @@ def timed(call: Callable[[], Answer]) -> tuple[Answer, float]:
             gc.enable()
 
 
-def _once(one: Contender) -> float:
-    ready = one.prepare()
+def _once(contender: Contender) -> float:
+    ready = contender.prepare()
     gc.collect()
-    if not one.collected:
+    if not contender.collected:
         gc.disable()
     try:
         begin = time.perf_counter()
-        result = one.call(ready)
+        result = contender.call(ready)
         elapsed = time.perf_counter() - begin
     finally:
         gc.enable()

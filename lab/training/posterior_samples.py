@@ -82,7 +82,7 @@ def _of_dataset(
 
 def _of_families(method: str, stride: int) -> Iterator[Sample]:
     """Samples of bodies from the usual height, of all families but random polyhedra."""
-    wanted = (
+    usual_rows = (
         row
         for row in read_samples()
         if row.seed == FIT_SEED
@@ -92,7 +92,7 @@ def _of_families(method: str, stride: int) -> Iterator[Sample]:
         and row.restitution in RESTITUTIONS
         and row.count.any()
     )
-    for key, rows in groupby(wanted, lambda row: row[:3]):
+    for key, rows in groupby(usual_rows, lambda row: row[:3]):
         resting = family_poses(key[0], family_part(*key))
         for row in rows:
             yield sample_of(row.number, resting, row.restitution, method, row.count)

@@ -97,7 +97,7 @@ def assert_serves(client):
 
 def quiet(health):
     """What diagnostics say of the parts, as numbers, once no mesh waits."""
-    _, values = health.line("parts", lambda _, said: said["meshes waiting"] == "0")
+    _, values = health.line("parts", lambda _, values: values["meshes waiting"] == "0")
     return {name: int(value) for name, value in values.items() if value.isdecimal()}
 
 

@@ -54,11 +54,13 @@ PAGE = Page(
     "reliability.md",
     """# Reliability
 
-*This page is written by `python -m lab.trials.fuzz --write`, and so by `lab.trials.soak`,
-`lab.trials.attacks` and `lab.trials.state`, from what each of them stored in
-`docs/measured/numbers`. `python -m lab.trials` runs all of them in a short form.*
+*This page is written by `python -m lab.trials.fuzz --write`, and so by
+`lab.trials.soak`, `lab.trials.attacks` and `lab.trials.state`, from what each of them
+stored in `docs/measured/numbers`. `python -m lab.trials` runs all of them in a short
+form.*
 
-Broken is how many promises were not kept. The machines were shared, so times give an idea only.
+Broken is how many promises were not kept. The machines were shared, so times give an
+idea only.
 """,
     tuple(TITLES),
 )

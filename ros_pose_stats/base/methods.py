@@ -100,8 +100,9 @@ METHODS = (
     Method(
         AUTO,
         "auto",
-        "the most accurate estimator with drops beside it, at least 400, until its error "
-        "is within the target with 90 % confidence, without a target within two points",
+        "the most accurate estimator with drops beside it, at least 400, until its "
+        "error is within the target with 90 % confidence, without a target within two "
+        "points",
         knows_scene=True,
         drops="some",
     ),

@@ -300,8 +300,8 @@ def count_problem(counts: PoseCounts, part: KnownPart | None, plate: str) -> str
         return f"no part {name} is known"
     if counts.plate not in ("", plate):
         return (
-            f"it names the plate {part_requests.quote_text(counts.plate)}, and the node's "
-            f"is {part_requests.quote_text(plate)}; name that one, or none"
+            f"it names the plate {part_requests.quote_text(counts.plate)}, and the "
+            f"node's is {part_requests.quote_text(plate)}; name that one, or none"
         )
     if counts.part_digest and counts.part_digest != part.digest:
         return f"{name} has another part_digest by now"

@@ -188,7 +188,8 @@ def combined_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
 
 def default_point(size: Size) -> ChartPoint:
     """The point of `auto` without a target, as everybody gets it: it decides itself how
-    often to drop, and has seed 1 for every part. Its name tells the median of the drops.
+    often to drop, and has seed 1 for every part. Its name tells the median of the
+    drops.
     """
     answers, seconds = _answers(size, partial(_run_auto, size))
     drops = round(median(statistics.drops for statistics in answers))

@@ -77,7 +77,8 @@ def mujoco_points(
         return
     if not low <= min(size.simulated) <= max(size.simulated) <= high:
         say(
-            f"MuJoCo is left out: its contacts reach restitutions from {low:g} to {high:g}"
+            "MuJoCo is left out: its contacts reach restitutions from "
+            f"{low:g} to {high:g}"
         )
         return
     try:

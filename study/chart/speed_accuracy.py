@@ -164,9 +164,8 @@ def chart(
         points = []
         for point in _points(size, plan, on_progress):
             points.append(point)
-            on_progress(
-                f"{size.title}: {f'{point.series}, ' if point.series else ''}{point.name}"
-            )
+            series = f"{point.series}, " if point.series else ""
+            on_progress(f"{size.title}: {series}{point.name}")
         poses = sum(len(resting.poses) for resting in size.restings)
         panels.append(
             MeasuredSize(

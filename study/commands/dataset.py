@@ -161,7 +161,8 @@ def progress_text(progress: DatasetProgress) -> tuple[float, str]:
     )
     return (
         progress.bodies / progress.bound,
-        f"{progress.bodies} of {progress.bound} bodies{kept_bodies}, {duration(remaining)} left",
+        f"{progress.bodies} of {progress.bound} bodies{kept_bodies}, "
+        f"{duration(remaining)} left",
     )
 
 

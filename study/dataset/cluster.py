@@ -25,16 +25,17 @@ def on_cluster(address: str, worker_seconds: float = WORKER_SECONDS) -> Maker:
     Parameters
     ----------
     address : str
-        Of the scheduler, such as `tcp://10.0.0.1:8786`. It and the workers need this package
-        in this version; on machines of one kind they give the same numbers as this one.
+        Of the scheduler, such as `tcp://10.0.0.1:8786`. It and the workers need this
+        package in this version; on machines of one kind they give the same numbers as
+        this one.
     worker_seconds : float
         How long to wait while there is no worker at all.
 
     Raises
     ------
     BatchError
-        While running: if the scheduler cannot be reached or goes away, no worker comes, or a
-        piece fails.
+        While running: if the scheduler cannot be reached or goes away, no worker comes,
+        or a piece fails.
     """
 
     def make(

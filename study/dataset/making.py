@@ -71,15 +71,17 @@ def make_dataset(
     Parameters
     ----------
     file : Path
-        Written when everything is done; until then the pieces lie in `<file>.unfinished`.
-        If the same dataset stands there, nothing is done.
+        Written when everything is done; until then the pieces lie in
+        `<file>.unfinished`. If the same dataset stands there, nothing is done.
     spec : DatasetSpec
     maker : callable
-        `on_threads(n)`, or `on_cluster(address)` of `cluster`; the results are the same.
+        `on_threads(n)`, or `on_cluster(address)` of `cluster`; the results are the
+        same.
     on_progress : callable, optional
         Called with a `DatasetProgress` after each piece.
     should_stop : callable, optional
-        Asked some twenty times a second; True ends the run with the pieces that are done.
+        Asked some twenty times a second; True ends the run with the pieces that are
+        done.
 
     Returns
     -------
@@ -204,8 +206,8 @@ def make_chunk(
     Returns
     -------
     dict of arrays
-        Those of `archive.FIELDS` for these bodies alone. They depend on the arguments and on
-        nothing else, whoever computes them.
+        Those of `archive.FIELDS` for these bodies alone. They depend on the arguments
+        and on nothing else, whoever computes them.
 
     Raises
     ------

@@ -50,8 +50,8 @@ class DatasetSpec:
     seed : int
         Of the series of bodies and of all drops, 0 to 2^64 - 1.
     drop_height : float
-        Height of the centre of mass at release, in the bodies' unit: the largest distance of
-        a vertex from the centroid.
+        Height of the centre of mass at release, in the bodies' unit: the largest
+        distance of a vertex from the centroid.
 
     Raises
     ------

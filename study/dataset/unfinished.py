@@ -36,7 +36,8 @@ class Unfinished:
     Raises
     ------
     BatchError
-        If the directory holds pieces of another dataset, is in use, or cannot be written.
+        If the directory holds pieces of another dataset, is in use, or cannot be
+        written.
     """
 
     def __init__(self, file: Path, spec: DatasetSpec) -> None:

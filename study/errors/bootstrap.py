@@ -50,8 +50,8 @@ def body_bootstrap(
     Returns
     -------
     (RESAMPLES,) array
-        The same bodies are drawn for a given version of numpy, whatever the order of the
-        values.
+        The same bodies are drawn for a given version of numpy, whatever the order of
+        the values.
     """
     sums = _body_sums(np.asarray(body), np.asarray(terms, dtype=np.float64))
     is_small = RESAMPLES * len(sums) <= _KEPT_CELLS

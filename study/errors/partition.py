@@ -41,8 +41,8 @@ class Accuracy:
         sigma²(e, s) - sigma²(p, s), squared fractions. Chance makes it negative for an
         estimator whose error is small beside the noise.
     standard_error : float
-        Of `error`, from a bootstrap over bodies. Too small where `error` is near 0. NaN where
-        there is only one body.
+        Of `error`, from a bootstrap over bodies. Too small where `error` is near 0. NaN
+        where there is only one body.
     low, high : float
         Percentile interval of `error` at the level 0.95, by the same bootstrap.
     largest : float
@@ -78,7 +78,8 @@ def accuracy(
     Parameters
     ----------
     estimate : (N,) array
-        e, the estimator's probabilities as fractions, in the order of `simulated`; finite.
+        e, the estimator's probabilities as fractions, in the order of `simulated`;
+        finite.
     simulated : SimulatedPoses
         Pool the restitutions for the paper's figures.
 
@@ -114,8 +115,9 @@ def sensitivity(
     Parameters
     ----------
     first, second : SimulatedPoses
-        Of the same poses in the same order, from drops that are independent of each other:
-        equal starts in both would tie their noises, and too much would be taken off.
+        Of the same poses in the same order, from drops that are independent of each
+        other: equal starts in both would tie their noises, and too much would be taken
+        off.
 
     Raises
     ------

@@ -22,8 +22,8 @@ class SimulatedPoses:
     Parameters
     ----------
     body : (N,) array of int
-        Number of the body that a value belongs to, from 0 up. A body may come any number of
-        times: for each of its poses, and again for each restitution.
+        Number of the body that a value belongs to, from 0 up. A body may come any
+        number of times: for each of its poses, and again for each restitution.
     count : (N,) array of int
         Drops that came to rest in the pose; 0 <= count <= settled.
     settled : (N,) array of int
@@ -32,7 +32,8 @@ class SimulatedPoses:
     Raises
     ------
     RequestError
-        If the three are not equally long rows of whole numbers in their ranges, or empty.
+        If the three are not equally long rows of whole numbers in their ranges, or
+        empty.
     """
 
     body: Index

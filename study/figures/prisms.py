@@ -43,12 +43,13 @@ def prisms_figure(
     ratios : (k,) array
         Length over width of the curves, rising, 0.3 to 3.
     panels : sequence of (title, curves)
-        One panel each, at least one; curves are pairs of a label and probabilities (k,), 0 to
-        1. Equal curves of a panel are drawn as one. Styles repeat after twelve lines.
+        One panel each, at least one; curves are pairs of a label and probabilities
+        (k,), 0 to 1. Equal curves of a panel are drawn as one. Styles repeat after
+        twelve lines.
     simulated : sequence of (label, (m, 4) array)
-        Rows of length over width, probability, and the bounds of its interval; drawn in every
-        panel as diamonds, the lighter the earlier, at most five. Set apart sideways a little
-        so that no bar covers another. An empty one is left out.
+        Rows of length over width, probability, and the bounds of its interval; drawn in
+        every panel as diamonds, the lighter the earlier, at most five. Set apart
+        sideways a little so that no bar covers another. An empty one is left out.
     dice : (m, 4) array, optional
         Such rows, measured; drawn in every panel as squares.
     title : str
@@ -58,7 +59,8 @@ def prisms_figure(
     Returns
     -------
     Figure
-        Logarithmic in length/width, in percent; a legend of curves and of points to a panel.
+        Logarithmic in length/width, in percent; a legend of curves and of points to a
+        panel.
     """
     figure = new_figure(6.2 * len(panels), 5.6, layout="constrained")
     all_axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]

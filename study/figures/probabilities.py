@@ -128,7 +128,8 @@ def noise_figure(
     Parameters
     ----------
     drawn : (N,) array
-        Each simulated probability redrawn: a binomial count of `drops`, divided by them.
+        Each simulated probability redrawn: a binomial count of `drops`, divided by
+        them.
     simulated : (N,) array
         Probabilities, 0 to 1.
     drops : int
@@ -139,7 +140,8 @@ def noise_figure(
     Returns
     -------
     Figure
-        One dot a stable pose, square axes, the diagonal; the noise in the title, percent.
+        One dot a stable pose, square axes, the diagonal; the noise in the title,
+        percent.
     """
     x = np.asarray(simulated)
     y = np.asarray(redrawn)

@@ -236,7 +236,8 @@ def reliability_figure(panels: Sequence[tuple[str, ArrayLike]]) -> Figure:
     Parameters
     ----------
     panels : sequence of (title, (k, 3) array)
-        Rows of expected error, true error, and the standard error of the true one; fractions.
+        Rows of expected error, true error, and the standard error of the true one;
+        fractions.
 
     Returns
     -------

@@ -264,7 +264,9 @@ def _turned(turn, rate, seconds):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _touch(arms, z, velocity, momentum, world, restitution, friction, slowest):  # type: ignore[no-untyped-def]
+def _touch(  # type: ignore[no-untyped-def]
+    arms, z, velocity, momentum, world, restitution, friction, slowest
+):
     """Impacts of all corners that touch and approach, the fastest first, in place."""
     for _ in range(50):
         fastest = -0.03 * slowest
@@ -285,7 +287,9 @@ def _touch(arms, z, velocity, momentum, world, restitution, friction, slowest): 
 
 
 @numba.njit(cache=True)
-def strike(arm, velocity, momentum, world, restitution, friction):  # type: ignore[no-untyped-def]
+def strike(  # type: ignore[no-untyped-def]
+    arm, velocity, momentum, world, restitution, friction
+):
     """One impact at an arm, for a mass of 1; velocity and momentum change in place."""
     x, y, z = arm
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -60,9 +60,9 @@ def plates_text(results: PlateResults) -> str:
             "simulated with friction (`study/plates/friction.py`), twelve kinds of "
             f"parts, {COUNTED} counts of each of the "
             "five. All others: each part predicted by a fit to all other ones with all "
-            "their counts, about what more counting can bring. Best scene: the scene of the "
-            "grid with the least error, chosen by the very counts that judge it: about "
-            "the best of one scene for all.",
+            "their counts, about what more counting can bring. Best scene: the scene "
+            "of the grid with the least error, chosen by the very counts that judge "
+            "it: about the best of one scene for all.",
             "",
             markdown_table(
                 ("plate", *METHODS, "told", "told / true", "default's probability"),

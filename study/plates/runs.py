@@ -43,8 +43,8 @@ class PlateErrors:
     ----------
     plate : str
     errors : dict of str to float
-        Root mean square over groups, parts and splits by method, the noise of the counts off; of
-        the best scene and of fits to all other parts, over all parts.
+        Root mean square over groups, parts and splits by method, the noise of the
+        counts off; of the best scene and of fits to all other parts, over all parts.
     told : float
         Root mean square of `plate_error`.
     default_weight : float

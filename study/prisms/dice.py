@@ -37,7 +37,8 @@ def standard_error(
     predicted : (15,) array
         Probability of the four sides of each die.
     trials : (15,) array of int, optional
-        Drops behind each prediction; none for an estimator, which has no error of sampling.
+        Drops behind each prediction; none for an estimator, which has no error of
+        sampling.
     seed : int
         At least 0. One seed gives every method the same dice.
     """

@@ -58,7 +58,8 @@ class Misfit(NamedTuple):
     restitution : float or None
         None for an estimator.
     rms : float
-        Root mean square over the dice of the difference in the probability of the four sides.
+        Root mean square over the dice of the difference in the probability of the four
+        sides.
     standard_error : float
         Of `rms`, from the finite numbers of rolls and drops.
     """
@@ -92,7 +93,8 @@ class PrismResults:
     misfits : tuple of Misfit
         Best first. A restitution at which not all dice were simulated is left out.
     sampling_noise : float
-        Root mean square binomial error of the dice, below which no method can be told apart.
+        Root mean square binomial error of the dice, below which no method can be told
+        apart.
     drops, dice_drops, seed : int
         As requested.
     release_radii : float
@@ -200,7 +202,8 @@ def _misfits(results: PrismResults) -> list[str]:
 
 
 def _row(misfit: Misfit) -> str:
-    return f"{misfit.title:<30} {_points(misfit.rms):>8} {_points(misfit.standard_error):>16}"
+    error = _points(misfit.standard_error)
+    return f"{misfit.title:<30} {_points(misfit.rms):>8} {error:>16}"
 
 
 def _dice(results: PrismResults) -> list[str]:

@@ -67,8 +67,8 @@ def prisms(
     on_progress : callable, optional
         Called with the drops done and the drops in all, after each simulation.
     should_stop : callable, optional
-        Asked before each simulation and some twenty times a second during it; True ends the
-        run with the simulations that were finished, and all estimators.
+        Asked before each simulation and some twenty times a second during it; True ends
+        the run with the simulations that were finished, and all estimators.
 
     Returns
     -------

@@ -33,8 +33,9 @@ class Change(NamedTuple):
     Attributes
     ----------
     slope : float
-        Largest change of the probability per unit of the parameter, or per relative change
-        of it where the walk is logarithmic, between neighbouring values without a jump.
+        Largest change of the probability per unit of the parameter, or per relative
+        change of it where the walk is logarithmic, between neighbouring values without
+        a jump.
     slope_at : float
         Place of the largest change: the lower of the two values.
     jumps : tuple of Jump

@@ -15,9 +15,9 @@ LESSONS: Final = {
     "coplanar_faces": (
         "Two faces that are nearly one change nothing for drops. Estimators share out "
         "the same total between them, but for PQSE and NQSE, which do not add up over "
-        "faces, and the combined estimator, which has NQSE in it: they change where the "
-        "faces merge. Cluster tolerance 0 shows it; at the default the two are one pose "
-        "long before."
+        "faces, and the combined estimator, which has NQSE in it: they change where "
+        "the faces merge. Cluster tolerance 0 shows it; at the default the two are one "
+        "pose long before."
     ),
     "cylinder_sides": (
         "From fifteen sides on a run of facets is a round surface, which stands as 192 "

@@ -110,15 +110,16 @@ Written by `python -m study stability -o docs`; edits here are lost.
 
 {scene}
 
-Each section walks a body, or the scene that it falls into, through one kind of trouble. The figure
-shows one probability along the walk by every estimator and by drop simulation; crosses are jumps,
-found by halving the step until the change stays. In the tables
+Each section walks a body, or the scene that it falls into, through one kind of trouble.
+The figure shows one probability along the walk by every estimator and by drop
+simulation; crosses are jumps, found by halving the step until the change stays. In the
+tables
 
 - `jumps` is the number of jumps of at least 0.2 points, and the largest of them,
-- `slope` the largest change in points for a relative change of the parameter by one per cent
-  (for walks on a linear axis: for a change by 0.01), away from jumps, and where,
-- `off` the largest distance from the simulation, in points, and where; `beyond noise` counts the
-  values at which it is more than four standard errors of the simulation.
+- `slope` the largest change in points for a relative change of the parameter by one per
+  cent (for walks on a linear axis: for a change by 0.01), away from jumps, and where,
+- `off` the largest distance from the simulation, in points, and where; `beyond noise`
+  counts the values at which it is more than four standard errors of the simulation.
 """
 
 
@@ -126,10 +127,10 @@ RELIABILITY = """## Expected and true errors
 
 ![Expected against true errors, parts in ten bins](../figures/stability_reliability.png)
 
-Every answer carries an `expected_error`. Here the parts of all reference datasets are sorted by
-it, for each method by itself, and put in ten bins; the table gives the root mean squares over
-each bin of what was expected and of what came true, in points. The last row is a simulation of
-100 drops, judged by the 900 others.
+Every answer carries an `expected_error`. Here the parts of all reference datasets are
+sorted by it, for each method by itself, and put in ten bins; the table gives the root
+mean squares over each bin of what was expected and of what came true, in points. The
+last row is a simulation of 100 drops, judged by the 900 others.
 """
 
 
@@ -271,7 +272,8 @@ def draw_walk(results: WalkResults) -> Figure:
         logarithmic=walk.logarithmic,
         mark=walk.mark,
         title=walk.title,
-        note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops.{_tolerance(results)} {SCENE}",
+        note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops."
+        f"{_tolerance(results)} {SCENE}",
     )
 
 

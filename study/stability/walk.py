@@ -60,15 +60,16 @@ class Walk:
     make : callable
         From a value of the parameter to a `Step`.
     watched : callable
-        From directions (P, 3) that point down in the poses to a mask (P,): the poses whose
-        probabilities are added and followed.
+        From directions (P, 3) that point down in the poses to a mask (P,): the poses
+        whose probabilities are added and followed.
     quantity : str
         Name of what is watched.
     cluster_tolerance : float
     round_sides : int
         As for `simulate`; 0 for bodies that are no parts.
     whole : bool
-        Whether the parameter takes whole numbers only, so that no limit can be looked for.
+        Whether the parameter takes whole numbers only, so that no limit can be looked
+        for.
     mark : float or None
         Value of the parameter at which the trouble is.
     """

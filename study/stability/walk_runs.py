@@ -116,7 +116,8 @@ def stability(
     Parameters
     ----------
     quick : bool
-        Whether to take every third value, few drops and one dataset, to see that it works.
+        Whether to take every third value, few drops and one dataset, to see that it
+        works.
     on_progress : callable, optional
         Called with the title of each walk.
     """
@@ -262,8 +263,8 @@ class ReliabilityBin(NamedTuple):
     Attributes
     ----------
     expected, true : float
-        Root mean squares over the parts and restitutions, fractions; `true` has the noise of
-        the reference taken off.
+        Root mean squares over the parts and restitutions, fractions; `true` has the
+        noise of the reference taken off.
     error : float
         Standard error of `true`.
     parts : int

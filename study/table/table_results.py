@@ -95,8 +95,8 @@ class TableResults:
     rows : tuple of Row
         In the registry's order.
     first : int
-        Number of the first drops, by which the largest deviations are found: 100 as in the paper,
-        unless the blocks of the dataset are larger.
+        Number of the first drops, by which the largest deviations are found: 100 as in
+        the paper, unless the blocks of the dataset are larger.
     noise : dict of float to Noise
         Of the paper's 100 drops, by restitution.
     pooled_noise : Noise
@@ -104,7 +104,8 @@ class TableResults:
     sensitivity : Accuracy or None
         Of the lowest restitution's probabilities against the highest's.
     combined : CombinedRow or None
-        Of hybrid with the first drops, against all others; None where there are no others.
+        Of hybrid with the first drops, against all others; None where there are no
+        others.
     outliers : tuple of Outlier
     estimates : dict of float to dict of str to (P,) array
         Behind the rows, by restitution.

@@ -1,8 +1,8 @@
 """Write, keep and compare what the commands answer for the golden parts.
 
-    python -m tests.golden write FILE           answers of this checkout, all numbers in full
-    python -m tests.golden keep                 the answers that the tests compare with
-    python -m tests.golden compare CHECKOUT     this checkout beside another one, to the last bit
+    python -m tests.golden write FILE         answers of this checkout, in full
+    python -m tests.golden keep               the answers that the tests compare with
+    python -m tests.golden compare CHECKOUT   beside another checkout, to the last bit
 
 `compare` ends with status 1 where anything differs but times.
 """

@@ -81,7 +81,8 @@ def differences(answers, reference):
                 unequal, key=lambda pair: abs(pair[0] - pair[1])
             )
             lines.append(
-                f"{name}: {len(unequal)} numbers differ, most {value!r} from {expected_value!r}"
+                f"{name}: {len(unequal)} numbers differ, most {value!r} from "
+                f"{expected_value!r}"
             )
     return lines
 

@@ -1,7 +1,7 @@
 """The parts of the golden ring: made once, kept as arrays, written as files of every
 kind.
 
-    python -m tests.golden.parts        makes `parts.npz` anew; all answers change with it
+    python -m tests.golden.parts   makes `parts.npz` anew; all answers change with it
 
 They are kept and not made by each machine, for sines and solid modellers round
 differently.

@@ -180,7 +180,8 @@ def draw(sources):
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height:.0f}" '
         'font-family="sans-serif">',
-        "<style>.title{font-size:14px;font-weight:bold}.small{font-size:11px;fill:#444444}"
+        "<style>.title{font-size:14px;font-weight:bold}"
+        ".small{font-size:11px;fill:#444444}"
         ".arrow{fill:none;stroke:#777777;stroke-width:1.3}</style>",
         '<defs><marker id="head" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" '
         'markerHeight="7" orient="auto"><path d="M0,0 L8,4 L0,8 z" fill="#777777"/>'
@@ -193,8 +194,9 @@ def draw(sources):
     for wing, box in wings.items():
         lines += draw_wing(sources, wing, box)
     node = wings["node"]
+    middle = node.y + node.height / 2
     lines.append(
-        f'<path d="M{node.x - MARGIN:.0f},{node.y + node.height / 2:.0f} h{MARGIN - 2}" '
+        f'<path d="M{node.x - MARGIN:.0f},{middle:.0f} h{MARGIN - 2}" '
         'class="arrow" marker-end="url(#head)"/>'
     )
     return "\n".join([*lines, "</svg>", ""])

@@ -15,12 +15,12 @@ WIDTH = 96
 HEAD = """\
 # Commands
 
-<!-- `python -m tests.house.commands_page` writes this page; change the text in the parsers. -->
+<!-- `python -m tests.house.commands_page` writes this from the parsers' text. -->
 
 `ros_pose_stats` is one program with a command for each thing that it does; `python -m
-ros_pose_stats` is the same. `ros_pose_stats COMMAND --help` prints what stands here about a
-command, and `ros_pose_stats --version` prints the version. Only `node`, `publish`
-and `show` need ROS.
+ros_pose_stats` is the same. `ros_pose_stats COMMAND --help` prints what stands here
+about a command, and `ros_pose_stats --version` prints the version. Only `node`,
+`publish` and `show` need ROS.
 
 """
 
@@ -28,26 +28,28 @@ COMMON = """\
 
 ## What holds for all commands
 
-**Numbers.** Counts and seeds may be typed as `100000` or `1e5`. A length is a number of metres, or
-has its unit: `200mm`. Probabilities and errors are fractions between 0 and 1.
+**Numbers.** Counts and seeds may be typed as `100000` or `1e5`. A length is a number of
+metres, or has its unit: `200mm`. Probabilities and errors are fractions between 0 and
+1.
 
-**Files.** A part is read from a STEP, STL, OBJ, PLY, OFF or 3MF file. STL, OBJ, PLY and OFF do
-not say their unit: up to a largest extent of 0.6 it is the metre, else the millimetre, and a
-warning says so unless `--unit` is given. `publish` refuses such a file without `--unit`.
-STEP files need the package cascadio, which `make setup` installs. Bodies of a file that stand
-apart are parts of their own: of equal ones one is taken, of different ones `--body N` says
-which, and `--body all` takes all as one rigid part. The examples use the parts that
-`ros_pose_stats shapes demo` writes.
+**Files.** A part is read from a STEP, STL, OBJ, PLY, OFF or 3MF file. STL, OBJ, PLY and
+OFF do not say their unit: up to a largest extent of 0.6 it is the metre, else the
+millimetre, and a warning says so unless `--unit` is given. `publish` refuses such a
+file without `--unit`. STEP files need the package cascadio, which `make setup`
+installs. Bodies of a file that stand apart are parts of their own: of equal ones one is
+taken, of different ones `--body N` says which, and `--body all` takes all as one rigid
+part. The examples use the parts that `ros_pose_stats shapes demo` writes.
 
-**JSON.** With `--json` a command prints JSON and nothing else on standard output. NaN and infinity
-are written as `null`.
+**JSON.** With `--json` a command prints JSON and nothing else on standard output. NaN
+and infinity are written as `null`.
 
-**Exit status.** 0 if all went well; 2 for an input that is refused, with one line on standard
-error that says what was expected, what came and what to do; 130 after Ctrl-C; 1 for an internal
-failure or an output that cannot be written.
+**Exit status.** 0 if all went well; 2 for an input that is refused, with one line on
+standard error that says what was expected, what came and what to do; 130 after Ctrl-C;
+1 for an internal failure or an output that cannot be written.
 
-**Ctrl-C.** What drops parts, but `report`, `animate` and `fit`, stops within a moment and reports
-what has been done, in JSON with `"interrupted": true`. A second Ctrl-C ends it at once.
+**Ctrl-C.** What drops parts, but `report`, `animate` and `fit`, stops within a moment
+and reports what has been done, in JSON with `"interrupted": true`. A second Ctrl-C ends
+it at once.
 """
 
 

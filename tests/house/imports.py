@@ -83,8 +83,8 @@ class Sources:
         return modules | ({base} if names - modules else set())
 
     def cycles(self) -> list[list[str]]:
-        """Groups of modules that import each other, also for type checkers (Tarjan's strong
-        components).
+        """Groups of modules that import each other, also for type checkers (Tarjan's
+        strong components).
         """
         onward: dict[str, set[str]] = {module: set() for module in self.files}
         for arrow in self.internal:

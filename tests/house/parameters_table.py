@@ -14,7 +14,8 @@ HEAD = "| name | default | meaning |\n|---|---|---|\n"
 def parameters_table() -> str:
     """One row a parameter, as the node declares it."""
     return HEAD + "".join(
-        f"| `{name}` | `{_shown(parameter.default)}` | {_meaning(**parameter.metadata)} |\n"
+        f"| `{name}` | `{_shown(parameter.default)}` | "
+        f"{_meaning(**parameter.metadata)} |\n"
         for name, parameter in TABLE.items()
     )
 

@@ -131,7 +131,8 @@ def test_no_file_has_a_habit():
     [
         (
             patches,
-            "from ros_pose_stats.core.mesh import hull\nm.setattr(hull, 'ConvexHull', 1)",
+            "from ros_pose_stats.core.mesh import hull\n"
+            "m.setattr(hull, 'ConvexHull', 1)",
         ),
         (patches, "m.setattr('ros_pose_stats.core.mesh.hull.ConvexHull', 1)"),
         (private_names, "from ros_pose_stats.core.mesh.hull import _faces"),

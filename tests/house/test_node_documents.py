@@ -15,7 +15,8 @@ import pytest
 import ros_pose_stats_msgs
 import yaml
 
-import tests.contract.node.conftest  # noqa: F401  discovery and checks, before ROS is imported
+# Sets discovery and checks, before ROS is imported.
+import tests.contract.node.conftest  # noqa: F401
 from tests.contract.node.contract import (
     ACTION,
     CODES,

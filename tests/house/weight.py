@@ -1,8 +1,8 @@
 """What a reader takes in, by tree: printed by `make lint`, bounded when a version is
 released.
 
-    python -m tests.house.weight                      the trees beside the last release
-    python -m tests.house.weight --release VERSION    the same, kept as what that release weighs
+    python -m tests.house.weight               the trees beside the last release
+    python -m tests.house.weight --release V   the same, kept as what V weighs
 
 A release may weigh 3 % more than the one before, counted in syntax nodes; `--release`
 ends with status 1 where a tree weighs more, unless `docs/decisions.md` names the
@@ -26,12 +26,13 @@ COLUMNS = 88
 
 VAGUE = frozenset(
     """
-    all alone another any apart aside asked beside both came coming done drawn each every few
-    found given gone got held here how it its kept known left made many met more much named
-    none now of one ones other own place said same seen sent shown some still such taken that
-    them then there these they this those told wanted way what when where which who whom whose
-    why about after again ahead among around at before behind between by far into near off on
-    once onto out over since so to together too twice under until very without yet
+    all alone another any apart aside asked beside both came coming done drawn each
+    every few found given gone got held here how it its kept known left made many met
+    more much named none now of one ones other own place said same seen sent shown some
+    still such taken that them then there these they this those told wanted way what
+    when where which who whom whose why about after again ahead among around at before
+    behind between by far into near off on once onto out over since so to together too
+    twice under until very without yet
     """.split()  # noqa: SIM905 - a list would take a line for each
 )
 """Pronouns, participles, prepositions and adverbs: no name of a thing is one of them
@@ -182,12 +183,13 @@ def print_weights(weights, released):
     )
     for tree, weight in weights.items():
         nodes_before = released["nodes"][tree]
+        vague = sum(weight.vague.values()) / max(weight.names, 1)
         print(
             f"{tree:16}{weight.files:6}{weight.nodes:9}{nodes_before:10}"
             f"{weight.nodes / nodes_before - 1.0:8.1%}"
             f"{weight.nodes / max(weight.code_lines, 1):8.1f}{weight.long_lines:6}"
             f"{1000.0 * weight.packed / max(weight.code_lines, 1):8.1f}"
-            f"{sum(weight.vague.values()) / max(weight.names, 1):8.1%}{weight.aliases:9}"
+            f"{vague:8.1%}{weight.aliases:9}"
         )
     print(
         f"released: {released['version']}; nodes a line; lines over {COLUMNS} columns; "

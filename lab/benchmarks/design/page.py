@@ -105,21 +105,22 @@ def slopes_table(slopes: Sequence[Slope]) -> str:
 def page(slopes: Sequence[Slope]) -> str:
     """The whole page."""
     summary = summarise_slopes(slopes)
+    parts = summary["parts"]
     return f"""# How far estimated effects of changes are right
 
-Written by `python -m lab.benchmarks.design --write`; edits here are lost. What is changed and how:
-[design](../design.md). Restitution 0.3, 0.5 or 0.7, 20 radii;
-the wanted poses are one group of poses, drawn at random from those of 10 to 90 %.
+Written by `python -m lab.benchmarks.design --write`; edits here are lost. What is
+changed and how: [design](../design.md). Restitution 0.3, 0.5 or 0.7, 20 radii; the
+wanted poses are one group of poses, drawn at random from those of 10 to 90 %.
 
 ## Derivatives
 
-{summary["parts"]} parts of all families, prisms with a hidden insert and the demo parts; of each
-some features drawn at random, changed by {100.0 * STEP:g} % of the radius to both sides, and
-dropped before and after from the same starts. *Clear* are the
-cases whose estimated and measured changes both exceed their errors. *Slope* is that of the
-estimated on the measured change, with the noise of the drops taken off; *size* the root mean
-square change, *apart* that of the difference between estimate and drops, noise taken off. The
-interval is that of both errors, the estimate's and the drops'.
+{parts} parts of all families, prisms with a hidden insert and the demo parts; of each
+some features drawn at random, changed by {100.0 * STEP:g} % of the radius to both
+sides, and dropped before and after from the same starts. *Clear* are the cases whose
+estimated and measured changes both exceed their errors. *Slope* is that of the
+estimated on the measured change, with the noise of the drops taken off; *size* the root
+mean square change, *apart* that of the difference between estimate and drops, noise
+taken off. The interval is that of both errors, the estimate's and the drops'.
 
 {slopes_table(slopes)}
 """

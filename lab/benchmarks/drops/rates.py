@@ -141,7 +141,10 @@ def _row(name: str, dropper: Dropper, seconds: float, pace: Pace) -> Row:
     begin = time.perf_counter()
     dropper.drop(rules, 0, PILOT)
     drops = max(FEWEST, int(seconds * PILOT / (time.perf_counter() - begin)))
-    call: Callable[[int], object] = lambda seed: dropper.drop(rules, seed, drops)  # noqa: E731
+
+    def call(seed: int) -> object:
+        return dropper.drop(rules, seed, drops)
+
     seeds = count(1)
     timings = race([Contender("drop", call, lambda: next(seeds))], pace)
     effort = dropper.effort(rules, 1, drops)

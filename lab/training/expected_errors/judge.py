@@ -65,9 +65,11 @@ class Judged(NamedTuple):
     restitution, height : (U,) array
     poses : (U,) array of int
     expected, square, noise : (U,) array
-        Expected mean square error, that of the counted shares, and the drops' own part in it.
+        Expected mean square error, that of the counted shares, and the drops' own part
+        in it.
     kept : (U,) array of bool
-        Whether the largest distance from the shares is within its bound, widened by their noise.
+        Whether the largest distance from the shares is within its bound, widened by
+        their noise.
     """
 
     family: NDArray[np.str_]

@@ -40,7 +40,8 @@ class ErrorSamples(NamedTuple):
     scale : (U,) array
         Mean of `fitted.error_scale`.
     square, noise : (U,) arrays
-        Mean square distance from the counted shares, and how much of it is the drops' own.
+        Mean square distance from the counted shares, and how much of it is the drops'
+        own.
     freedom : (U,) array
         Degrees of freedom of such a mean square of the drops.
     poses : (U,) array of int

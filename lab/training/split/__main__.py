@@ -3,7 +3,8 @@
 python -m lab.training.split drops          counts the drops again (two hours; in parts)
 python -m lab.training.split fit --write    fits, and writes the weights
 python -m lab.training.split hold --families NAME ...
-    fits without some families, and sets the errors beside those of the weights there are
+    fits without some families, and sets the errors beside those of the weights there
+    are
 
 `python -m lab.training.expected_errors` judges it on bodies that the fit has not seen.
 """

@@ -152,7 +152,7 @@ def join_parts(
     FileNotFoundError
         If a part has not been counted.
     """
-    kept = [sample for sample in samples if sample.family not in families]
+    kept_samples = [sample for sample in samples if sample.family not in families]
     counted = [
         sample
         for block in blocks(families)
@@ -160,7 +160,7 @@ def join_parts(
     ]
     order = list(BODIES)
     return sorted(
-        kept + counted,
+        kept_samples + counted,
         key=lambda sample: (order.index(sample.family), sample.seed, sample.number),
     )
 

@@ -81,7 +81,8 @@ def fit_networks(
     units : tuple of int
         Hidden units of either network.
     ridge : float
-        Weight of the squares of all coefficients, for standardised inputs, in the mean loss.
+        Weight of the squares of all coefficients, for standardised inputs, in the mean
+        loss.
     epochs : int
         Number of times that each sample is used.
     seed : int

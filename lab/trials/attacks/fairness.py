@@ -57,8 +57,9 @@ node, count = rclpy.create_node("crowd"), int(sys.argv[2])
 many = node.create_client(EstimatePoses, sys.argv[1] + "/estimate",
                           qos_profile=QoSProfile(depth=count))
 many.wait_for_service()
-waiting = [many.call_async(EstimatePoses.Request(part_id="known", restitution=0.3 + 1e-4 * k))
-           for k in range(count)]
+requests = [EstimatePoses.Request(part_id="known", restitution=0.3 + 1e-4 * k)
+            for k in range(count)]
+waiting = [many.call_async(request) for request in requests]
 print("asked", flush=True)
 rclpy.spin(node)
 """
@@ -78,16 +79,16 @@ def queued_requests(client, count):
     """Somebody else asks for so many estimates, which are answered before those who ask
     later.
     """
-    other = subprocess.Popen(
+    crowd = subprocess.Popen(
         [sys.executable, "-c", CROWD, client.prefix, str(count)], stdout=subprocess.PIPE
     )
     try:
-        assert other.stdout.readline() == b"asked\n"
+        assert crowd.stdout.readline() == b"asked\n"
         yield
     finally:
-        other.kill()
-        other.wait()
-        other.stdout.close()
+        crowd.kill()
+        crowd.wait()
+        crowd.stdout.close()
 
 
 @contextmanager
@@ -100,10 +101,10 @@ def deaf_client(client, rate):
         f"{client.prefix}/estimate",
         qos_profile=QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
     )
-    over = threading.Event()
+    end = threading.Event()
 
     def ask():
-        while not over.wait(1.0 / rate):
+        while not end.wait(1.0 / rate):
             deaf.call_async(deaf.srv_type.Request(part_id="known"))
 
     thread = threading.Thread(target=ask)
@@ -111,7 +112,7 @@ def deaf_client(client, rate):
     try:
         yield
     finally:
-        over.set()
+        end.set()
         thread.join()
 
 
@@ -120,39 +121,39 @@ def stopped_subscribers(client, count):
     """Somebody subscribes to what is latched and is stopped, so that nothing is
     taken.
     """
-    others = [
+    subscribers = [
         subprocess.Popen(
             [sys.executable, "-c", SUBSCRIBER, client.prefix], stdout=subprocess.PIPE
         )
         for _ in range(count)
     ]
     try:
-        for one in others:
-            one.stdout.readline()
-            one.send_signal(signal.SIGSTOP)
+        for subscriber in subscribers:
+            subscriber.stdout.readline()
+            subscriber.send_signal(signal.SIGSTOP)
         yield
     finally:
-        for one in others:
-            one.kill()
-            one.wait()
-            one.stdout.close()
+        for subscriber in subscribers:
+            subscriber.kill()
+            subscriber.wait()
+            subscriber.stdout.close()
 
 
 @contextmanager
 def many_outlines(client, heights, at_once):
     """Somebody asks for so many outlines of the known part, again and again."""
     step = [1e-6 * k for k in range(heights)]
-    over = threading.Event()
+    end = threading.Event()
 
     def ask():
-        while not over.wait(0.5):
+        while not end.wait(0.5):
             client.call("get_statistics", part_id="known", heights=step)
 
     threads = [threading.Thread(target=ask) for _ in range(at_once)]
     for thread in threads:
         thread.start()
     yield
-    over.set()
+    end.set()
     for thread in threads:
         thread.join()
 
@@ -184,38 +185,39 @@ def _beside(setting, trouble, stall=0.0):
     while.
     """
     calls = setting.of(CALLS, 30)
-    kept = {}
+    promises = {}
     words = []
     with tried_node(setting.folder) as (_, client):
         client.good("estimate", part=flat(WEDGE, "known"))
-        alone = {name: _latencies(client, name, calls) for name in LATER}
+        usual_latencies = {name: _latencies(client, name, calls) for name in LATER}
         with trouble(client):
             for name, later in LATER.items():
-                beside = _latencies(client, name, calls)
-                before = median(alone[name])
-                kept[f"a_{name}_part_is_answered"] = (
-                    not setting.judges_times or median(beside) < later + 3.0 * before
+                latencies = _latencies(client, name, calls)
+                usual_time = median(usual_latencies[name])
+                promises[f"a_{name}_part_is_answered"] = (
+                    not setting.judges_times
+                    or median(latencies) < later + 3.0 * usual_time
                 )
                 late, usual = (
                     seconds[-1 - max(1, len(seconds) // 100)]
-                    for seconds in (beside, alone[name])
+                    for seconds in (latencies, usual_latencies[name])
                 )
                 if name == "known":
-                    kept["99_of_100_come_in_time"] = (
+                    promises["99_of_100_come_in_time"] = (
                         not setting.judges_times
                         or late < MOST_SECONDS + stall + 2.0 * usual
                     )
                 words.append(
-                    f"{name} {1e3 * before:.0f} ms alone (99 of 100 within "
-                    f"{1e3 * usual:.0f}), beside {1e3 * median(beside):.0f} "
-                    f"({1e3 * late:.0f}, at most {1e3 * beside[-1]:.0f})"
+                    f"{name} {1e3 * usual_time:.0f} ms alone (99 of 100 within "
+                    f"{1e3 * usual:.0f}), beside {1e3 * median(latencies):.0f} "
+                    f"({1e3 * late:.0f}, at most {1e3 * latencies[-1]:.0f})"
                 )
-    return judged(2 * calls, "; ".join(words), **kept)
+    return judged(2 * calls, "; ".join(words), **promises)
 
 
-def _attack(name, done, trouble, stall=0.0, **how):
+def _attack(name, done, trouble, stall=0.0, **options):
     return Trial(
-        name, done, partial(_beside, trouble=partial(trouble, **how), stall=stall)
+        name, done, partial(_beside, trouble=partial(trouble, **options), stall=stall)
     )
 
 

@@ -69,15 +69,15 @@ def bombs_of_3mf(setting: Setting) -> Outcome:
     chain.
     """
     mesh = (
-        '<object id="1"><mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/>'
-        '<vertex x="0" y="1" z="0"/></vertices><triangles><triangle v1="0" v2="1" v3="2"/>'
-        "</triangles></mesh></object>"
+        '<object id="1"><mesh><vertices><vertex x="0" y="0" z="0"/>'
+        '<vertex x="1" y="0" z="0"/><vertex x="0" y="1" z="0"/></vertices>'
+        '<triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh></object>'
     )
 
-    def above(levels, each):
+    def above(levels, copies):
         return mesh + "".join(
             f'<object id="{k + 2}"><components>'
-            + f'<component objectid="{k + 1}"/>' * each
+            + f'<component objectid="{k + 1}"/>' * copies
             + "</components></object>"
             for k in range(levels)
         )

@@ -60,7 +60,8 @@ def refused_goals(setting: Setting) -> Outcome:
     sent_bytes = number * LARGE_BYTES
     return judged(
         number,
-        f"{grown / MEGABYTE:.0f} MiB more after {sent_bytes / MEGABYTE:.0f} MiB of meshes",
+        f"{grown / MEGABYTE:.0f} MiB more after "
+        f"{sent_bytes / MEGABYTE:.0f} MiB of meshes",
         meshes_are_let_go=grown < 0.3 * sent_bytes,
     )
 

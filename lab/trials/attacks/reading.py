@@ -37,42 +37,42 @@ FACET = b"facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1
 
 def texts(millions: float) -> Iterator[tuple[str, bytes]]:
     """STL as text, OBJ, OFF and PLY files, by name."""
-    many = int(1e6 * millions)
-    yield "one_line.obj", b"v " + b"1 " * (8 * many)
-    yield "no_line.obj", b"x" * (16 * many)
-    yield "polygon.obj", TETRAHEDRON + b"f" + b" 1 2 3" * many
-    yield "vertices.obj", b"v 0 0 0\n" * (2 * many) + TETRAHEDRON
-    yield "faces.obj", TETRAHEDRON + b"f 1 2 3\n" * (2 * many)
-    yield "digits.obj", b"v 0 0 " + b"9" * many + b"\nf 1 1 1\n"
-    yield "numbers.obj", TETRAHEDRON + b"f 1 2 " + b"9" * many + b"\n"
+    length = int(1e6 * millions)
+    yield "one_line.obj", b"v " + b"1 " * (8 * length)
+    yield "no_line.obj", b"x" * (16 * length)
+    yield "polygon.obj", TETRAHEDRON + b"f" + b" 1 2 3" * length
+    yield "vertices.obj", b"v 0 0 0\n" * (2 * length) + TETRAHEDRON
+    yield "faces.obj", TETRAHEDRON + b"f 1 2 3\n" * (2 * length)
+    yield "digits.obj", b"v 0 0 " + b"9" * length + b"\nf 1 1 1\n"
+    yield "numbers.obj", TETRAHEDRON + b"f 1 2 " + b"9" * length + b"\n"
     yield "far.obj", TETRAHEDRON + b"f 1 2 99999999999999999999\n"
     yield "back.obj", TETRAHEDRON + b"f -1 -2 -99999999999\n"
-    yield "goes_on.obj", TETRAHEDRON + b"f 1 2 \\\n" * many
-    yield "returns.obj", b"\r" * (8 * many) + TETRAHEDRON
-    yield "zeros.obj", bytes(8 * many)
-    yield "solids.stl", b"solid x\nendsolid x\n" * many
-    yield "unfinished.stl", b"solid x\n" * (2 * many)
-    yield "facets.stl", b"solid x\n" + FACET * (many // 2) + b"endsolid x\n"
-    yield "normals.stl", b"facet normal " * many
-    yield "vertex.stl", b"vertex " * (2 * many)
-    yield "spaces.stl", b"vertex" + b" " * (8 * many)
+    yield "goes_on.obj", TETRAHEDRON + b"f 1 2 \\\n" * length
+    yield "returns.obj", b"\r" * (8 * length) + TETRAHEDRON
+    yield "zeros.obj", bytes(8 * length)
+    yield "solids.stl", b"solid x\nendsolid x\n" * length
+    yield "unfinished.stl", b"solid x\n" * (2 * length)
+    yield "facets.stl", b"solid x\n" + FACET * (length // 2) + b"endsolid x\n"
+    yield "normals.stl", b"facet normal " * length
+    yield "vertex.stl", b"vertex " * (2 * length)
+    yield "spaces.stl", b"vertex" + b" " * (8 * length)
     yield "counts.off", b"OFF\n999999999999 999999999999 0\n0 0 0\n"
     yield "polygon.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n999999999999 0 1 2\n"
-    yield "comments.off", b"OFF\n" + b"#\n" * (4 * many) + b"1 0 0\n0 0 0\n"
-    yield "digits.off", b"OFF\n" + b"9" * many + b" 1 0\n"
+    yield "comments.off", b"OFF\n" + b"#\n" * (4 * length) + b"1 0 0\n0 0 0\n"
+    yield "digits.off", b"OFF\n" + b"9" * length + b" 1 0\n"
     for kind in (b"ascii", b"binary_little_endian", b"binary_big_endian"):
         name = kind.decode()
         yield f"counts_{name}.ply", PLY % (kind, 2**40, XYZ, 2**40, CORNERS, b"0 ")
         yield f"list_{name}.ply", PLY % (kind, 0, XYZ, 1, CORNERS, b"\xff" * 64)
         yield f"nothing_{name}.ply", PLY % (kind, 2**60, b"", 2**60, b"", b"")
     yield "list.ply", PLY % (b"ascii", 0, XYZ, 1, CORNERS, b"999999999999 0 1 2")
-    yield "header.ply", b"ply\n" + b"comment x\n" * many + b"end_header\n"
-    yield "elements.ply", b"ply\nformat ascii 1.0\n" + b"element x 1\n" * many
+    yield "header.ply", b"ply\n" + b"comment x\n" * length + b"end_header\n"
+    yield "elements.ply", b"ply\nformat ascii 1.0\n" + b"element x 1\n" * length
 
 
 def archives(folder: Path, millions: float) -> Iterator[str]:
     """Write 3MF files; their names."""
-    many = int(1e6 * millions)
+    length = int(1e6 * millions)
     tetrahedron = MESH.format(VERTEX, "")
     components = "".join(
         f'<object id="{k + 2}"><components>'
@@ -85,18 +85,18 @@ def archives(folder: Path, millions: float) -> Iterator[str]:
         "</components></object>"
     )
     bombs = {
-        "text": (tetrahedron + " " * (400 * many), 1),
-        "vertices": (MESH.format(VERTEX * (4 * many), ""), 1),
+        "text": (tetrahedron + " " * (400 * length), 1),
+        "vertices": (MESH.format(VERTEX * (4 * length), ""), 1),
         "triangles": (
-            MESH.format(VERTEX, '<triangle v1="0" v2="1" v3="3"/>' * (4 * many)),
+            MESH.format(VERTEX, '<triangle v1="0" v2="1" v3="3"/>' * (4 * length)),
             1,
         ),
         "components": (tetrahedron + components, 21),
         "circle": (tetrahedron + circle, 2),
-        "attribute": (f'<object id="{"1" * (100 * many)}"/>', 1),
-        "nested": (tetrahedron + "<a>" * (4 * many), 1),
-        "items": (tetrahedron, '1"/><item objectid="1' * many),
-        "numbers": (MESH.format(f'<vertex x="{"9" * many}" y="0" z="0"/>', ""), 1),
+        "attribute": (f'<object id="{"1" * (100 * length)}"/>', 1),
+        "nested": (tetrahedron + "<a>" * (4 * length), 1),
+        "items": (tetrahedron, '1"/><item objectid="1' * length),
+        "numbers": (MESH.format(f'<vertex x="{"9" * length}" y="0" z="0"/>', ""), 1),
     }
     for name, (objects, built) in bombs.items():
         file = f"{name}.3mf"
@@ -108,7 +108,7 @@ def archives(folder: Path, millions: float) -> Iterator[str]:
             )
         yield file
     with zipfile.ZipFile(folder / "names.3mf", "w") as archive:
-        for number in range(many // 20):
+        for number in range(length // 20):
             archive.writestr(f"{number}", b"")
     yield "names.3mf"
     entities = '<!DOCTYPE m [<!ENTITY a "a"><!ENTITY b "&a;&a;">]><model>&b;</model>'
@@ -119,22 +119,22 @@ def archives(folder: Path, millions: float) -> Iterator[str]:
 
 def step_texts(millions: float, seed: int) -> Iterator[tuple[str, str]]:
     """STEP files, by name; those that are damaged are so at random."""
-    many = int(1e6 * millions)
+    length = int(1e6 * millions)
     whole = step_part(Disc(5.0, 2.0))
     holes = [
         (0.9 * (k % 60 - 30), 0.9 * (k // 60 - 30), 0.2)
-        for k in range(max(100, many // 1000))
+        for k in range(max(100, length // 1000))
     ]
     yield "holes.step", step_part(Disc(60.0, 2.0, tuple(holes)))
-    for count in (300, max(600, many // 200)):
+    for count in (300, max(600, length // 200)):
         places = [((12.0 * k, 0.0, 0.0), *UPRIGHT) for k in range(count)]
         yield f"assembly_{count}.step", step_assembly(Disc(5.0, 2.0), places)
-    numbers = ",".join(f"#{k}" for k in range(1, many // 5))
+    numbers = ",".join(f"#{k}" for k in range(1, length // 5))
     context = "UNIT_ASSIGNED_CONTEXT(("
     yield "units.step", whole.replace(context, f"{context}{numbers},")
-    yield "statements.step", whole.replace("DATA;", "DATA;" + "#1=" * many)
-    yield "empty.step", "ISO-10303-21;\n" + ";" * (4 * many)
-    yield "parentheses.step", whole.replace("DATA;", "DATA;\n#999=A(" + "(" * many)
+    yield "statements.step", whole.replace("DATA;", "DATA;" + "#1=" * length)
+    yield "empty.step", "ISO-10303-21;\n" + ";" * (4 * length)
+    yield "parentheses.step", whole.replace("DATA;", "DATA;\n#999=A(" + "(" * length)
     random_numbers = random.Random(seed)
     for number in range(4):
         damaged = list(whole)
@@ -156,7 +156,7 @@ def small_files_that_stand_for_much(setting: Setting) -> Outcome:
         (setting.folder / name).write_text(text, encoding="ascii")
         names.append(name)
     files = [setting.folder / name for name in names]
-    # A process begins with the peak of the one that starts it: that is to be a small one.
+    # A process begins with the peak of the one that starts it, so that is a small one.
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         outcomes = list(pool.map(_try, files))
         peak = pool.submit(_peak_of_readers).result()
@@ -172,7 +172,7 @@ def small_files_that_stand_for_much(setting: Setting) -> Outcome:
 
 
 def _try(file: Path) -> tuple[float, str, bool]:
-    """Seconds until a file was read or refused, its name, and whether it was refused."""
+    """Seconds until a file was read or refused, its name, and whether it was that."""
     begin = time.monotonic()
     is_refused = False
     try:

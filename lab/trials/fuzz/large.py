@@ -17,8 +17,8 @@ from .watched import Tried, Watched
 
 TRIANGLES = 100_000
 BOUND = 60.0
-"""Seconds of the processor that any of them may take to be made, taken as a part and estimated nine
-times.
+"""Seconds of the processor that any of them may take to be made, taken as a part and
+estimated nine times.
 """
 
 NO_PARTS = {"coincident", "flat"}

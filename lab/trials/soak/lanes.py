@@ -56,7 +56,7 @@ def estimates(life, chance):
 def _wanted(chance):
     """A body, a simulation of it, its fields, and whether it is to be cancelled."""
     long = chance.random() < 0.3
-    wanted = Simulated(
+    simulated = Simulated(
         chance.randrange(len(PARTS)),
         chance.choice(RESTITUTIONS),
         chance.choice(SEEDS),
@@ -64,12 +64,12 @@ def _wanted(chance):
         0,
     )
     return (
-        wanted,
+        simulated,
         {
-            "part": carried(wanted.body),
-            "drops": wanted.asked,
-            "seed": wanted.seed,
-            "restitution": wanted.restitution,
+            "part": carried(simulated.body),
+            "drops": simulated.asked,
+            "seed": simulated.seed,
+            "restitution": simulated.restitution,
         },
         long,
     )

@@ -147,7 +147,10 @@ class Soak:
         first = median(sizes[: max(1, len(sizes) // 4)])
         last = sizes[-1]
         grown = last > MOST_GROWTH * first and LONG_SHARE * setting.of(CALLS) > ENOUGH
-        summary = f"{first / MEGABYTE:.0f} MiB in the first quarter, {last / MEGABYTE:.0f} at the end"
+        summary = (
+            f"{first / MEGABYTE:.0f} MiB in the first quarter, "
+            f"{last / MEGABYTE:.0f} at the end"
+        )
         return Outcome(len(sizes), [summary] * grown, summary)
 
     def _live(self, setting):

@@ -244,7 +244,8 @@ class Ledger(Told):
             statistics = client.good("estimate", part_id=name, method="csae").statistics
             if statistics.restitution != has[0]:
                 self.wrong.append(
-                    f"answers have restitution {statistics.restitution}, the plate {has}"
+                    f"answers have restitution {statistics.restitution}, "
+                    f"the plate {has}"
                 )
 
 

@@ -91,21 +91,21 @@ class Original:
             wrong += sound(node)
         return wrong, part_count
 
-    def _unlike(self, shown):
+    def _unlike(self, present):
         """What is shown of parts as it never was."""
         return [
             f"{name} shows {numbers}, and showed {self.shown.get(name)}"
-            for name, numbers in shown.items()
+            for name, numbers in present.items()
             if numbers
             not in [earlier.get(name) for earlier in (self.shown, *self.before)]
         ]
 
     def _wrong(self, client, whole):
         end = time.monotonic() + SECONDS_TO_CHECK
-        while self._unlike(shown := numbers_of(client)) and time.monotonic() < end:
+        while self._unlike(present := numbers_of(client)) and time.monotonic() < end:
             time.sleep(0.1)
-        wrong = self._unlike(shown)
-        for name in shown:
+        wrong = self._unlike(present)
+        for name in present:
             answer = client.call("estimate", part_id=name, method="csae")
             if answer.success:
                 if parts.probabilities(answer.statistics.poses) != self.csae[name]:
@@ -124,8 +124,10 @@ class Original:
             and (whole or job.status.state != CANCELLED or job.statistics.drops)
         ):
             wrong.append(f"the job has another result: {job.statistics}")
-        if whole and not (shown == self.shown and job.success):
-            wrong.append(f"{len(shown)} of {len(self.shown)} parts, job: {job.message}")
+        if whole and not (present == self.shown and job.success):
+            wrong.append(
+                f"{len(present)} of {len(self.shown)} parts, job: {job.message}"
+            )
         return wrong
 
 

@@ -59,9 +59,9 @@ def other_versions(setting: Setting) -> Outcome:
     )
     broken += original.start(setting.folder, older, whole=True)[0]
     link = sqlite3.connect(older)
-    ((now,),) = link.execute("SELECT value FROM facts WHERE name='definitions'")
+    ((converted,),) = link.execute("SELECT value FROM facts WHERE name='definitions'")
     link.close()
-    if json.loads(now) != json.loads(text):
+    if json.loads(converted) != json.loads(text):
         broken.append("messages of older definitions were not brought up to date")
     return Outcome(
         3,

@@ -44,8 +44,8 @@ def a_start_with_all_parts(setting: Setting) -> Outcome:
     with Client(domain(), "/many/pose_stats") as client:
         with begin() as node:
             node.ready()
-            for k, one in enumerate(surfaces):
-                client.good("estimate", part=flat(one, f"part_{k}"), method="csae")
+            for k, surface in enumerate(surfaces):
+                client.good("estimate", part=flat(surface, f"part_{k}"), method="csae")
         size = size_of(state)
         seconds = []
         peaks = []
@@ -63,9 +63,9 @@ def a_start_with_all_parts(setting: Setting) -> Outcome:
     return judged(
         number,
         f"{size / MEGABYTE:.0f} MiB of state; ready in "
-        f"{' and '.join(f'{one:.1f}' for one in seconds)} s"
+        f"{' and '.join(f'{time_taken:.1f}' for time_taken in seconds)} s"
         f"{'' if setting.judges_times else ' (not judged)'}; at most "
-        f"{' and '.join(f'{one / MEGABYTE:.0f}' for one in peaks)} MiB of memory; "
+        f"{' and '.join(f'{peak / MEGABYTE:.0f}' for peak in peaks)} MiB of memory; "
         f"{added} bytes more after two starts; wrong: {wrong}",
         ready_in_time=min(seconds) < READY_SECONDS or not setting.judges_times,
         all_are_answered=not wrong,

@@ -64,10 +64,10 @@ def load_part(
         See `part_from_mesh`.
     accept_open : bool
         Whether to take the convex hull of a solid of a STEP file whose surface comes
-        out with holes wider than a crack between faces. No answer about such a part tells
-        an error: its shares and intervals of them are NaN, and what asks for one is
-        refused. Else such a file is refused. Other files promise no solid; of them the
-        hull is taken, with the warning `OPEN_MESH`.
+        out with holes wider than a crack between faces. No answer about such a part
+        tells an error: its shares and intervals of them are NaN, and what asks for one
+        is refused. Else such a file is refused. Other files promise no solid; of them
+        the hull is taken, with the warning `OPEN_MESH`.
 
     Returns
     -------

@@ -141,7 +141,7 @@ def answer_with_drops(
     request: DropRequest,
     watch: Watch,
 ) -> PoseStatistics:
-    """Drop a part beside its estimate until the answer is sure, and say why in `choice`.
+    """Drop a part beside its estimate until the answer is sure; `choice` says why.
 
     A request without a target gets the default one, and its budget. Where symmetry
     decides all or drops hardly end, the estimate answers alone; also for the hull of an
@@ -173,9 +173,9 @@ def answer_with_drops(
     bound = confidence.judge_drops(prior, counts_of(answer)).bound
     if request.events and answer.drops < LEAST_DROPS and target_reached(bound, target):
         warning = (
-            f"TARGET_MISSED: {answer.drops} drops are fewer than the {LEAST_DROPS} from "
-            f"which on the estimate hardly matters; unless it is wrong, the 90 % bound of "
-            f"the error is {bound:.2g}."
+            f"TARGET_MISSED: {answer.drops} drops are fewer than the {LEAST_DROPS} "
+            f"from which on the estimate hardly matters; unless it is wrong, the 90 % "
+            f"bound of the error is {bound:.2g}."
         )
         warnings[warning] = None
     return replace(

@@ -32,8 +32,8 @@ LARGE_RADII = 20.0
 
 DEFAULT_DROPS = 10_000
 DEFAULT_SEED = 1
-"""Of the default answer, for any part: copies of one in another unit, frame or mass have
-the same drops."""
+"""Of the default answer, for any part: copies of one in another unit, frame or mass
+have the same drops."""
 
 DEFAULT_PLATE_ERROR = 0.05  # of a plate that nobody has counted on
 

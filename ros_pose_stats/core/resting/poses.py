@@ -192,7 +192,8 @@ class RestingPoses:
             for pose, other_pose in zip(self.poses, other.poses, strict=True)
         )
 
-    def _passage(self, of_R: bool) -> tuple[Array, Array]:  # noqa: N803 - the paper's name
+    # R is the paper's name.
+    def _passage(self, of_R: bool) -> tuple[Array, Array]:  # noqa: N803
         tree = self.equilibria.arrays.tree
         return split_probabilities(self.body.arrays, tree, self.clusters.split, of_R)
 

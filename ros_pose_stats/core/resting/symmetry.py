@@ -4,10 +4,10 @@ A rotation of the whole surface, with its pockets and bores, gathers poses to gr
 camera cannot tell them apart. A rotation or reflection of the body that is dropped, its
 hull, gathers them to units: they are equally probable.
 
-Candidates come from planes: a symmetry takes two faces of the hull to two like ones that
-lean to each other alike. Each candidate is tried on the inertia and on the surface, by
-places and never by vertices, for a file may divide alike curves in different ways. When
-in doubt, poses stay separate.
+Candidates come from planes: a symmetry takes two faces of the hull to two like ones
+that lean to each other alike. Each candidate is tried on the inertia and on the
+surface, by places and never by vertices, for a file may divide alike curves in
+different ways. When in doubt, poses stay separate.
 """
 
 from collections.abc import Callable, Set
@@ -249,7 +249,7 @@ def pair_orbits(images: Index) -> Index:
 
 
 def _orbits(images: list[Index], labels: Index | None = None) -> Index:
-    """Number (P,) of each pose's orbit, by their first pose; `labels`: joined before."""
+    """Number (P,) of each pose's orbit by its first pose; `labels`: joined before."""
     poses = len(images[0])
     links = [np.column_stack((np.arange(poses), image)) for image in images]
     if labels is not None:

@@ -101,7 +101,7 @@ def _circles(
 
 
 def _toothed_arcs(angle: Array, level: Index) -> Array:
-    """Longest way round (L,) on each level with neighbours as near as those of teeth."""
+    """Longest way round (L,) on each level with neighbours as near as teeth are."""
     twice = np.concatenate((angle, angle + TURN))  # a way may lead over the seam
     level_twice = np.concatenate((level, level))
     order = np.lexsort((twice, level_twice))

@@ -1,8 +1,8 @@
 """Threads: surfaces that wind about an axis, and count as what they wind on.
 
 However a file cuts a thread into triangles, edges lead along its helices: their ends
-are equally far from the axis, and they rise by one lead a radian. Normals of facets tell
-it worse, for they lean by how the strips between two helices are cut.
+are equally far from the axis, and they rise by one lead a radian. Normals of facets
+tell it worse, for they lean by how the strips between two helices are cut.
 """
 
 from typing import NamedTuple

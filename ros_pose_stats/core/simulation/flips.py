@@ -340,7 +340,7 @@ class Kicks:
 
 
 def _polygon_from_its_first(body: drop_body.PreparedBody, face: int) -> Array:
-    """Corners (k, 3) of a face in the axes of the body's frame, counter-clockwise there.
+    """Corners (k, 3) of a face in axes of the body's frame, counter-clockwise there.
 
     They begin at one that neither the order of the mesh nor a turn changes.
     """

@@ -144,7 +144,7 @@ class Posterior(NamedTuple):
         )
 
     def error_quantile(self, level: float = DEFAULT_LEVEL) -> float:
-        """Bound of the root mean square errors, over poses and over rows, at a level."""
+        """Bound of the root mean square errors, over poses and rows, at a level."""
         return math.sqrt(
             max(self.error.quantile(level), self.row_error.quantile(level))
         )

@@ -182,7 +182,7 @@ class Refinement:
         target_error: float,
         scene: DropScene,
     ) -> tuple[PoseStatistics, str]:
-        """The best answer at once, and why; more drops follow if it misses the target."""
+        """The best answer at once, and why; more drops follow if it falls short."""
         settings = self._settings()
         most_drops = min(settings.drops, settings.max_drops)
         best = part.results.get(BEST, scene)

@@ -1,4 +1,4 @@
-"""A name of parts in the node: its lock, the revisions of its results, its publisher."""
+"""A name of parts in the node: its lock, its publisher, and revisions of results."""
 
 import math
 import threading

@@ -382,7 +382,7 @@ class KnownPart:
         return self.counts.add(message, len(self.latched.message.poses))
 
     def find_flips(self, message: PoseStatistics, speed: str) -> Index:
-        """Flips (K, K) counted at a speed on a result's ground; raises NotFoundError."""
+        """Flips (K, K) counted at a speed on a result's ground, or NotFoundError."""
         with self.lock:
             flips = self.counts.flips_at(message, speed)
         self.counts.commit()

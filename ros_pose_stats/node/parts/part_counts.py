@@ -288,7 +288,7 @@ class PartCounts:
         return np.where(is_face, resting.pose_of_face[cosine.argmax(axis=1)], -1)
 
     def flips_at(self, message: PoseStatistics, speed: str) -> Index:
-        """Flips (K, K) counted at a speed on a result's ground; raises NotFoundError."""
+        """Flips (K, K) counted at a speed on a result's ground, or NotFoundError."""
         tally = self.tally
         flips = {}
         if tally is not None and tally.ground == self._ground_of(message):

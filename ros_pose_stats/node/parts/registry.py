@@ -112,17 +112,18 @@ class PartRegistry:
 
     def _rebuild(self, part_id: str, digest: str) -> Part:
         """Build a part of an earlier run; raises PoseStatsError."""
+        name = part_requests.quote_text(part_id)
         message = self._state.mesh(part_id)
         if message is None:
             raise MeshError(
-                f"the mesh of {part_requests.quote_text(part_id)} beside the state file",
+                f"the mesh of {name} beside the state file",
                 "none that is as it was written",
                 "send the part again",
             )
         part = self._build(part_messages.request_of_part_bytes(message))
         if part.digest != digest:
             raise MeshError(
-                f"the mesh of {part_requests.quote_text(part_id)} as it was stored",
+                f"the mesh of {name} as it was stored",
                 "another one",
                 "send the part again",
             )
@@ -228,7 +229,7 @@ class PartRegistry:
             return self._parts.get(part_id)
 
     def require(self, part_id: str) -> KnownPart:
-        """A part, which counts as used now; raises UnknownPartError if it is not known."""
+        """A part, which counts as used now; raises UnknownPartError."""
         part = self.find(part_id)
         if part is None:
             with self._lock:

@@ -26,8 +26,8 @@ KINDS = PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (
 CONVERT = "`ros2 bag convert` makes a plain MCAP bag of it"
 SECOND = 1_000_000_000
 
-# Of a definition: ours have some kilobytes, and as many texts as nodes had versions. The
-# parser takes time by the square of the lines.
+# Of a definition: ours have some kilobytes, and as many texts as nodes had versions.
+# The parser takes time by the square of the lines.
 MOST_CHARACTERS = 65536
 MOST_LINES = 1000
 MOST_DEFINITIONS = 500

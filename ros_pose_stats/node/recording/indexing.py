@@ -44,7 +44,7 @@ class Rewrite:
 
 
 class Indexer:
-    """Writes files anew, large ones in a process of low priority, until it is closed."""
+    """Writes files anew until closed, large ones in a process of low priority."""
 
     def __init__(self, small: int = SMALL) -> None:
         self._small = small

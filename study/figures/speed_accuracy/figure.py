@@ -65,8 +65,8 @@ def speed_accuracy_figure(
     Returns
     -------
     Figure
-        Logarithmic axes, the same in all panels: time, and percentage points. Every point is
-        named; a stair runs along those that no other beats in both.
+        Logarithmic axes, the same in all panels: time, and percentage points. Every
+        point is named; a stair runs along those that no other beats in both.
     """
     height = HEAD + PANEL * len(panels) - GAP + FOOT
     figure = new_figure(WIDTH, height, dpi=160)

@@ -21,8 +21,8 @@ class Kind(NamedTuple):
     Attributes
     ----------
     colour, ink, marker : str
-        One of Okabe and Ito's colours, a darker one for text, and a marker of its own, so that
-        nobody needs to see colours.
+        One of Okabe and Ito's colours, a darker one for text, and a marker of its own,
+        so that nobody needs to see colours.
     label : str
         In the key; see `key_label` for estimators.
     size : float
@@ -58,7 +58,8 @@ class ChartPoint(NamedTuple):
     Attributes
     ----------
     name : str
-        Written beside it; within a series what tells its points apart, such as "n = 100".
+        Written beside it; within a series what tells its points apart, such as "n =
+        100".
     kind : str
         "paper" (faded), "estimator", "default", "hybrid", "simulation" or "outside".
     seconds : float
@@ -66,11 +67,11 @@ class ChartPoint(NamedTuple):
     error : float
         As a fraction of 1, above 0.
     low, high : float
-        Bounds of the error as fractions of 1, low <= high. A bar that begins at 0 or below is
-        drawn from the end of the axis.
+        Bounds of the error as fractions of 1, low <= high. A bar that begins at 0 or
+        below is drawn from the end of the axis.
     series : str or None
-        Points of one series are joined, and its name is written once. Estimators and the
-        default answer have none.
+        Points of one series are joined, and its name is written once. Estimators and
+        the default answer have none.
     """
 
     name: str
@@ -133,8 +134,8 @@ def pareto_front(points: Sequence[ChartPoint]) -> list[int]:
     Returns
     -------
     list of int
-        Places in `points`, the fastest first and of equally fast ones the least exact first,
-        so that the errors never rise.
+        Places in `points`, the fastest first and of equally fast ones the least exact
+        first, so that the errors never rise.
     """
     order = sorted(
         range(len(points)), key=lambda k: (points[k].seconds, -points[k].error)

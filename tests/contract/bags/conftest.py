@@ -2,7 +2,8 @@
 
 import pytest
 
-import tests.contract.node.conftest  # noqa: F401  discovery and checks, before ROS is imported
+# Sets discovery and checks, before ROS is imported.
+import tests.contract.node.conftest  # noqa: F401
 
 
 @pytest.fixture(scope="session")

@@ -32,7 +32,7 @@ from tests.contract.node.harness.jobs import (
     LONG,
     cancelled,
     finished,
-    running_with_results as running,
+    running_with_results,
     start,
 )
 from tests.contract.node.harness.parts import WEDGE, counts, flat, mesh, nested, whole
@@ -106,7 +106,7 @@ def ask(client):
         jobs[job_id] = JobStatus.DONE
         answers.append(finished(client, job_id).statistics)
     job_id = start(client, "cad", LONG)
-    running(client, job_id)
+    running_with_results(client, job_id)
     jobs[job_id] = JobStatus.CANCELLED
     answers.append(cancelled(client, job_id).statistics)
     goals = Goals(client)

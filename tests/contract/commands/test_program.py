@@ -85,7 +85,8 @@ import os, sys
 asked = []
 class NoRos:
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in ("rclpy", "std_msgs", "ros_pose_stats_msgs", "rosbags"):
+        package = name.partition(".")[0]
+        if package in ("rclpy", "std_msgs", "ros_pose_stats_msgs", "rosbags"):
             asked.append(name)
             raise ImportError(name)
 sys.meta_path.insert(0, NoRos())
@@ -97,8 +98,8 @@ for words in (["--version"], ["--help"], ["estimate", "-h"], ["node", "-h"]):
         pass
 print("loaded: help", *sys.modules, flush=True)
 part = [{str(parts / "box.stl")!r}, "--unit", "mm", "--json"]
-for words in (["bag", {str(write_recorded(parts / "bag"))!r}, "--json"], ["estimate", *part],
-              ["simulate", *part, "--drops", "20"]):
+for words in (["bag", {str(write_recorded(parts / "bag"))!r}, "--json"],
+              ["estimate", *part], ["simulate", *part, "--drops", "20"]):
     if os.fork() == 0:
         status = cli.main(words)
         print("loaded:", words[0], *sys.modules, *asked, flush=True)

@@ -213,7 +213,8 @@ def test_obj_materials_and_polygons_neither_split_nor_reorder(tmp_path):
     path.write_text(
         "mtllib x.mtl\no cube\n"
         + "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1))
-        + "usemtl red\nf 1 2 4 3\nf 5 7 8 6\ng side\nusemtl blue\nf 1 5 6 2\nf 3 4 8 7\n"
+        + "usemtl red\nf 1 2 4 3\nf 5 7 8 6\n"
+        + "g side\nusemtl blue\nf 1 5 6 2\nf 3 4 8 7\n"
         + "f 1 3 7 5\nf 2 6 8 4\n"
     )
     part = load_part(path, "m")

@@ -99,9 +99,10 @@ FIELDS = {
     "StablePose": "index pose_id group pose down height top margin barrier spread "
     "probability probability_low probability_high standard_error count support_polygon "
     "outline",
-    "PoseStatistics": "header part_id part_digest radius bodies unit unit_guessed method restitution "
-    "drop_height cluster_tolerance drops unsettled seed expected_error largest_error "
-    "plate_error plate compute_time job_id revision final version poses warnings scene",
+    "PoseStatistics": "header part_id part_digest radius bodies unit unit_guessed "
+    "method restitution drop_height cluster_tolerance drops unsettled seed "
+    "expected_error largest_error plate_error plate compute_time job_id revision "
+    "final version poses warnings scene",
     "PoseCounts": "header part_id part_digest cluster_tolerance plate drop_height "
     "index count unclassified from_pose feeder_speed",
     "ObservedParts": "header part_id poses confidence from_pose feeder_speed",

@@ -63,9 +63,8 @@ def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model
         f"{model.part_id}' has no pose 99": {"index": [0, 99]},
         f"{model.part_id}' has no pose 77": {"from_pose": 77, "feeder_speed": "slow"},
         "a from_pose and 0 characters of feeder_speed": {"from_pose": 1},
-        f"cluster_tolerance 0.0025 and round_sides 0, the results have cluster_tolerance {numbering}": {
-            "round_sides": 0
-        },
+        "cluster_tolerance 0.0025 and round_sides 0, the results have "
+        f"cluster_tolerance {numbering}": {"round_sides": 0},
         "cluster_tolerance unknown and round_sides 192, the results have "
         f"cluster_tolerance {numbering}; copy both from "
         "PoseStatistics": {"cluster_tolerance": math.nan},

@@ -24,11 +24,14 @@ STATE = (
     "(e => [e.azimuth, e.elevation, e.pose])(document.getElementById('view').dataset)"
 )
 
-CUT = """[...document.querySelectorAll('h1,h2,h3,p,dd,dt,button,pre,figcaption')].filter(e =>
-  e.getBoundingClientRect().right > innerWidth + 1).map(e => e.textContent)"""
+CUT = """[...document.querySelectorAll('h1,h2,h3,p,dd,dt,button,pre,figcaption')]
+  .filter(e => e.getBoundingClientRect().right > innerWidth + 1)
+  .map(e => e.textContent)"""
 
-TEXTS = """(() => [...document.images].filter(e => e.src.startsWith('data:image/svg')).map(e => {
-  const drawing = new DOMParser().parseFromString(atob(e.src.split(',')[1]), 'image/svg+xml')
+TEXTS = """(() => [...document.images]
+  .filter(e => e.src.startsWith('data:image/svg')).map(e => {
+  const source = atob(e.src.split(',')[1]);
+  const drawing = new DOMParser().parseFromString(source, 'image/svg+xml')
     .documentElement;
   document.body.append(drawing);
   const page = drawing.getBoundingClientRect();

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings, strategies
 from scipy.stats import chi2_contingency
 
 import ros_pose_stats
@@ -98,12 +98,12 @@ def same_ends(first, second):
     return (partner[first.pose] == second.pose).mean()
 
 
-copies = st.fixed_dictionaries(
+copies = strategies.fixed_dictionaries(
     {
-        "seed": st.integers(0, 10_000),
-        "mirrored": st.booleans(),
-        "finer": st.booleans(),
-        "scale": st.floats(-9.0, 9.0).map(lambda exponent: 10.0**exponent),
+        "seed": strategies.integers(0, 10_000),
+        "mirrored": strategies.booleans(),
+        "finer": strategies.booleans(),
+        "scale": strategies.floats(-9.0, 9.0).map(lambda exponent: 10.0**exponent),
     }
 )
 
@@ -123,8 +123,10 @@ def test_copies_of_one_body(name, options):
     assert same_ends(drops_of(name), Drops(copy.part, 300, 0.5)) >= SAME_END
 
 
-near_ties = st.tuples(
-    st.floats(-6.0, -2.0), st.floats(-6.0, -2.0), st.integers(0, 10_000)
+near_ties = strategies.tuples(
+    strategies.floats(-6.0, -2.0),
+    strategies.floats(-6.0, -2.0),
+    strategies.integers(0, 10_000),
 )
 
 
@@ -144,7 +146,7 @@ def test_copies_of_bodies_whose_moments_nearly_tie(tie, options):
 
 
 @settings(max_examples=15)
-@given(st.integers(4, 25), st.integers(0, 10_000), copies)
+@given(strategies.integers(4, 25), strategies.integers(0, 10_000), copies)
 def test_copies_of_random_polyhedra_and_of_their_default_answer(corners, seed, options):
     surface = random_polyhedron(corners, seed)
     parts = part_from_mesh(*surface), Copy(surface, **options).part

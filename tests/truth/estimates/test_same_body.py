@@ -4,7 +4,7 @@ polyhedra.
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings, strategies
 
 from lab.bodies.samples import random_polyhedron
 from lab.bodies.variants import moved, rotation, shuffled, size, starred, subdivided
@@ -14,9 +14,9 @@ from tests.matching import matched, values
 SAME_HEIGHT = 1e-6
 """Of the radius: heights this close are a tie in the numbering of poses."""
 
-seeds = st.integers(0, 10_000)
-polyhedra = st.builds(random_polyhedron, st.integers(4, 25), seeds)
-tolerances = st.sampled_from([0.0, 0.005])
+seeds = strategies.integers(0, 10_000)
+polyhedra = strategies.builds(random_polyhedron, strategies.integers(4, 25), seeds)
+tolerances = strategies.sampled_from([0.0, 0.005])
 
 
 def assert_same_answers(

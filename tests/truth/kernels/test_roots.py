@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, strategies as st
+from hypothesis import assume, example, given, strategies
 
 from ros_pose_stats.core.kernels.drops.roots import first_zero
 
@@ -92,16 +92,21 @@ def coefficients_of(roots, pairs):
     return c / np.abs(c).max() * np.sign(c[0])
 
 
-REAL = st.one_of(st.floats(1e-3, 1.0), st.floats(-3.0, -1e-3), st.floats(1.0, 4.0))
-PAIR = st.tuples(
-    st.floats(-1.5, 1.5), st.one_of(st.floats(1e-9, 1e-3), st.floats(1e-3, 2.0))
+REAL = strategies.one_of(
+    strategies.floats(1e-3, 1.0),
+    strategies.floats(-3.0, -1e-3),
+    strategies.floats(1.0, 4.0),
+)
+PAIR = strategies.tuples(
+    strategies.floats(-1.5, 1.5),
+    strategies.one_of(strategies.floats(1e-9, 1e-3), strategies.floats(1e-3, 2.0)),
 )
 
 
 @given(
-    roots=st.lists(REAL, max_size=6),
-    pairs=st.lists(PAIR, max_size=4),
-    upto=st.one_of(st.just(1.0), st.floats(0.01, 1.0)),
+    roots=strategies.lists(REAL, max_size=6),
+    pairs=strategies.lists(PAIR, max_size=4),
+    upto=strategies.one_of(strategies.just(1.0), strategies.floats(0.01, 1.0)),
 )
 @example(roots=[0.5, 0.5], pairs=[], upto=1.0)
 @example(roots=[0.5, 0.5, 0.5], pairs=[], upto=1.0)
@@ -114,11 +119,13 @@ def test_known_roots(roots, pairs, upto):
 
 
 @given(
-    c=st.lists(
-        st.floats(-1.0, 1.0, allow_subnormal=False), min_size=2, max_size=HIGHEST + 1
+    c=strategies.lists(
+        strategies.floats(-1.0, 1.0, allow_subnormal=False),
+        min_size=2,
+        max_size=HIGHEST + 1,
     ),
-    shrink=st.sampled_from((1.0, 0.5, 0.1)),
-    start=st.floats(1e-9, 1.0),
+    shrink=strategies.sampled_from((1.0, 0.5, 0.1)),
+    start=strategies.floats(1e-9, 1.0),
 )
 def test_any_coefficients(c, shrink, start):
     c = np.array([start, *c[1:]]) * shrink ** np.arange(len(c))

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, strategies
 from hypothesis.extra.numpy import arrays
 
 from lab.bodies.random_polyhedra import logarithms
@@ -102,7 +102,10 @@ def assert_principal(tensor):
     return moments
 
 
-@given(st.lists(st.floats(-1e3, 1e3), min_size=6, max_size=6), st.floats(1e-60, 1e60))
+@given(
+    strategies.lists(strategies.floats(-1e3, 1e3), min_size=6, max_size=6),
+    strategies.floats(1e-60, 1e60),
+)
 def test_principal_axes_of_any_tensor(entries, scale):
     a, b, c, d, e, f = (entry * scale for entry in entries)
     assert_principal(np.array([[a, d, e], [d, b, f], [e, f, c]]))
@@ -128,16 +131,20 @@ def test_principal_axes_of_moments_equal_up_to_rounding(moments):
         )
 
 
-KEYS = st.one_of(st.integers(0, 3), st.integers(0, 2**17), st.integers(0, 2**63 - 1))
-VALUES = st.one_of(
-    st.sampled_from([0.0, -0.0, 1.0, 5e-324, np.inf]),
-    st.floats(0.0, allow_infinity=False),
+KEYS = strategies.one_of(
+    strategies.integers(0, 3),
+    strategies.integers(0, 2**17),
+    strategies.integers(0, 2**63 - 1),
+)
+VALUES = strategies.one_of(
+    strategies.sampled_from([0.0, -0.0, 1.0, 5e-324, np.inf]),
+    strategies.floats(0.0, allow_infinity=False),
 )
 
 
 @given(
-    arrays(np.int64, st.integers(0, 60), elements=KEYS),
-    arrays(np.float64, st.integers(0, 60), elements=VALUES),
+    arrays(np.int64, strategies.integers(0, 60), elements=KEYS),
+    arrays(np.float64, strategies.integers(0, 60), elements=VALUES),
 )
 def test_sorting_keeps_ties_in_order(keys, values):
     assert rising_order(keys).tolist() == np.argsort(keys, kind="stable").tolist()

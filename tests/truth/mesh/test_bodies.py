@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, strategies as st
+from hypothesis import given, strategies
 from manifold3d import Manifold
 
 from ros_pose_stats import PoseStatsError, estimate, part_from_mesh
@@ -49,7 +49,7 @@ def turned(mesh, seed):
     return trimesh.Trimesh(moved.vertices[order], corners, process=False)
 
 
-@given(st.integers(0, 2**32 - 1))
+@given(strategies.integers(0, 2**32 - 1))
 def test_hulls_are_near_where_the_solid_modeller_says_so(seed):
     random = np.random.default_rng(seed)
     first = random.normal(size=(20, 3)) * random.uniform(0.05, 0.3, 3)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, strategies as st
+from hypothesis import given, strategies
 
 from ros_pose_stats import part_from_mesh
 from ros_pose_stats.core.mesh import files, mass_properties
@@ -70,7 +70,7 @@ def test_any_one_triangle_may_be_missing(name):
         assert surface.is_winding_consistent
 
 
-@given(st.sampled_from(sorted(BODIES)), st.integers(0, 2**32 - 1))
+@given(strategies.sampled_from(sorted(BODIES)), strategies.integers(0, 2**32 - 1))
 def test_of_a_mesh_with_one_triangle_in_twenty_missing_the_centre_is_right_or_hull(
     name, seed
 ):

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, strategies as st
+from hypothesis import given, strategies
 from scipy.spatial import cKDTree
 
 from lab.bodies import fine_parts, shapes
@@ -87,7 +87,7 @@ def test_a_line_passes_through_every_gap_and_the_bore_and_meets_every_tooth(most
         assert len(pierced(visible, reach * np.cos(angle), reach * np.sin(angle))) == 0
 
 
-def test_a_part_of_few_triangles_is_drawn_as_it_is_and_others_the_same_each_time_in_any_unit():
+def test_few_triangles_are_drawn_as_they_are_and_many_the_same_in_any_unit():
     part = part_from_mesh(*shapes.box(0.04, 0.03, 0.02))
     assert (
         visible_triangles(part, 100) == part.surface_vertices[part.surface_triangles]
@@ -117,11 +117,11 @@ def test_an_open_mesh_is_drawn_as_received_from_both_sides():
 
 
 @given(
-    st.integers(0, 2**32 - 1),
-    st.integers(12, 2000),  # of fewer corners some are too flat for a part
-    st.integers(12, 3000),
-    st.sampled_from([1e-4, 1.0]),
-    st.integers(100, 1000),
+    strategies.integers(0, 2**32 - 1),
+    strategies.integers(12, 2000),  # of fewer corners some are too flat for a part
+    strategies.integers(12, 3000),
+    strategies.sampled_from([1e-4, 1.0]),
+    strategies.integers(100, 1000),
 )
 def test_any_mesh_is_drawn_by_few_triangles_between_its_own_vertices(
     seed, vertices, triangles, height, most

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, strategies as st
+from hypothesis import given, strategies
 
 from lab.bodies import shapes
 from lab.bodies.samples import clamp_hull, random_polyhedron
@@ -87,7 +87,7 @@ def test_the_same_surface_and_mass_properties(name, change):
     assert changed.inertia == pytest.approx(whole.inertia, abs=1e-12 * size**2)
 
 
-@given(st.integers(0, 2**32 - 1), st.sampled_from([1e-9, 1.0, 1e9]))
+@given(strategies.integers(0, 2**32 - 1), strategies.sampled_from([1e-9, 1.0, 1e9]))
 def test_vertices_merge_within_the_tolerance_and_not_beyond(seed, scale):
     random = np.random.default_rng(seed)
     vertices, triangles = soup(shapes.box(1.0, 0.7, 0.4))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, strategies as st
+from hypothesis import given, strategies
 
 from lab.bodies import shapes
 from lab.bodies.variants import moved, rotation, subdivided
@@ -35,7 +35,11 @@ def assert_tensor(tensor, expected, relative):
     assert np.abs(tensor - expected).max() < relative * np.abs(expected).max()
 
 
-@given(st.floats(0.01, 10), st.floats(0.01, 10), st.floats(0.01, 10))
+@given(
+    strategies.floats(0.01, 10),
+    strategies.floats(0.01, 10),
+    strategies.floats(0.01, 10),
+)
 def test_a_box(x, y, z):
     part = of_water(*shapes.box(x, y, z))
     assert part.mass == pytest.approx(WATER * x * y * z, rel=1e-12)
@@ -43,7 +47,7 @@ def test_a_box(x, y, z):
     assert_tensor(part.inertia, part.mass * box_tensor(x, y, z), 1e-12)
 
 
-@given(st.integers(0, 2**32 - 1))
+@given(strategies.integers(0, 2**32 - 1))
 def test_solids_with_dents_against_trimesh_and_turned(seed):
     surface = star(seed)
     turn = rotation(seed)

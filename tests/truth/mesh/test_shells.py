@@ -5,7 +5,7 @@ overlap.
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, strategies as st
+from hypothesis import given, strategies
 
 from ros_pose_stats import part_from_mesh
 from tests.answers import codes
@@ -40,7 +40,7 @@ def volume_and_overlap(*meshes):
     return surface.volume * 1e6, any("BODIES_OVERLAP:" in line for line in remarks)
 
 
-@given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
+@given(strategies.integers(0, 2**32 - 1), strategies.floats(0.0, 1.0))
 def test_turned_triangles_are_turned_back(seed, share):
     ball = trimesh.creation.icosphere(2)
     turned = np.random.default_rng(seed).uniform(size=len(ball.faces)) < share

@@ -12,7 +12,7 @@ from lab.bodies.samples import REGULAR_SOLIDS, oblique_prism, random_polyhedron
 from lab.bodies.variants import in_float32, moved, rotation, shuffled, size, subdivided
 from ros_pose_stats import estimate, part_from_mesh, resting_poses
 from ros_pose_stats.core.shapes import demo_parts
-from tests.matching import group_sizes as sizes, values
+from tests.matching import group_sizes, values
 
 PYRAMID = shapes.hull_mesh(
     np.array([(1, 1, 0), (-1, 1, 0), (-1, -1, 0), (1, -1, 0), (0, 0, 1.5)])
@@ -37,17 +37,20 @@ SYMMETRIC = {
 @pytest.mark.parametrize(("surface", "expected"), SYMMETRIC.values(), ids=SYMMETRIC)
 class TestBodies:
     def test_groups_however_the_mesh_is_given(self, surface, expected):
-        assert sizes(surface) == expected
+        assert group_sizes(surface) == expected
         for seed in range(3):
             changed = moved(
                 subdivided(surface), rotation(seed), (3.0, -2.0, 1.0), 0.0254
             )
-            assert sizes(shuffled(changed, seed)) == expected
+            assert group_sizes(shuffled(changed, seed)) == expected
 
     def test_in_float32_a_size_off_the_origin(self, surface, expected):
         for seed in range(3):
             shift = rotation(seed + 20)[0] * size(surface)
-            assert sizes(in_float32(moved(surface, rotation(seed), shift))) == expected
+            assert (
+                group_sizes(in_float32(moved(surface, rotation(seed), shift)))
+                == expected
+            )
 
     def test_members_of_a_group_have_one_probability_and_one_shape(
         self, surface, expected
@@ -148,7 +151,7 @@ def with_flap(surface):
     ids=["flap", "thin"],
 )
 def test_neither_triangles_without_area_nor_thinness_hides_a_symmetry(box):
-    assert sizes(moved(box, rotation(2))) == [2, 2, 2]
+    assert group_sizes(moved(box, rotation(2))) == [2, 2, 2]
 
 
 def drilled(edges, holes):
@@ -203,11 +206,11 @@ POCKETS = {
 
 @pytest.mark.parametrize(("edges", "holes", "expected"), POCKETS.values(), ids=POCKETS)
 def test_pockets_that_the_hull_does_not_show(edges, holes, expected):
-    assert sizes(drilled(edges, holes)) == expected
+    assert group_sizes(drilled(edges, holes)) == expected
 
 
 def test_the_surface_decides_where_the_given_mass_properties_are_symmetric():
-    assert sizes(
+    assert group_sizes(
         drilled(CUBE, [WIDE]),
         center_of_mass=(0.0, 0.0, 0.0),
         mass=1.0,
@@ -224,7 +227,7 @@ def test_mirror_images_are_not_turns():
     )
     heights = values(resting_poses(part_from_mesh(*wedge), 0.0).poses, "height")
     assert np.diff(heights).min() < 1e-12
-    assert set(sizes(wedge)) == {1}
+    assert set(group_sizes(wedge)) == {1}
 
 
 SKEW = np.diag((1.0, 1.2, 0.9))
@@ -251,4 +254,4 @@ TWISTED[[1, 2], [2, 1]] = 0.03
     ],
 )
 def test_mass_properties_decide(edges, properties, expected):
-    assert sizes(shapes.box(*edges), **properties) == expected
+    assert group_sizes(shapes.box(*edges), **properties) == expected

@@ -5,7 +5,7 @@ import weakref
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, strategies
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -168,7 +168,7 @@ class TestOrientation:
             part_from_mesh(*moved(shapes.box(1.0, 2.0, 3.0), turn)), 0.0
         ).poses
 
-    @given(st.integers(0, 10_000))
+    @given(strategies.integers(0, 10_000))
     def test_in_any_frame(self, seed):
         for pose in self.poses(rotation(seed)):
             turn = Rotation.from_quat(pose.orientation)
@@ -178,7 +178,7 @@ class TestOrientation:
             )
             assert np.linalg.norm(pose.orientation) == pytest.approx(1.0, abs=1e-15)
 
-    @given(st.floats(-13.0, -1.0), st.floats(0.0, 6.3))
+    @given(strategies.floats(-13.0, -1.0), strategies.floats(0.0, 6.3))
     def test_near_half_a_turn(self, exponent, azimuth):
         """Rounding of a `down` near +z turns no axis, and the result is right all the
         same.

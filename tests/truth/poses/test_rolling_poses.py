@@ -1,7 +1,7 @@
 """A pose rolls where the part goes on by a quarter of a turn without rising.
 
-It may lean meanwhile, as a bolt does whose thread touches the plate now here, now there,
-and goes over teeth that its pose goes over.
+It may lean meanwhile, as a bolt does whose thread touches the plate now here, now
+there, and goes over teeth that its pose goes over.
 """
 
 import numpy as np

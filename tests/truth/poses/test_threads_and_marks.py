@@ -1,6 +1,7 @@
 """Symmetry is that of surfaces, whatever divides and rounds them.
 
-A thread counts as the surface that it winds on; flats, keyways and marks of 0.3 mm stay.
+A thread counts as the surface that it winds on; flats, keyways and marks of 0.3 mm
+stay.
 """
 
 import numpy as np

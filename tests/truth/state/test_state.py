@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings, strategies as st
+from hypothesis import HealthCheck, given, settings, strategies
 
 from ros_pose_stats.base.errors import RequestError
 from ros_pose_stats.core.plates import PlateProfile, read_profiles, write_profile
@@ -63,12 +63,17 @@ def image(file, folder, cut):
     return folder / file.name
 
 
-CHANGES = st.lists(
-    st.tuples(st.sampled_from(NAMES), st.one_of(st.none(), st.text(max_size=3))),
+CHANGES = strategies.lists(
+    strategies.tuples(
+        strategies.sampled_from(NAMES),
+        strategies.one_of(strategies.none(), strategies.text(max_size=3)),
+    ),
     min_size=1,
     max_size=3,
 )
-STEPS = st.lists(st.tuples(CHANGES, st.booleans()), min_size=1, max_size=8)
+STEPS = strategies.lists(
+    strategies.tuples(CHANGES, strategies.booleans()), min_size=1, max_size=8
+)
 
 
 @settings(
@@ -76,7 +81,10 @@ STEPS = st.lists(st.tuples(CHANGES, st.booleans()), min_size=1, max_size=8)
     deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
-@given(steps=STEPS, cut=st.one_of(st.just(0), st.integers(1, 20_000)))
+@given(
+    steps=STEPS,
+    cut=strategies.one_of(strategies.just(0), strategies.integers(1, 20_000)),
+)
 def test_what_a_kill_or_a_power_cut_leaves_is_what_had_come_up_to_a_moment(
     tmp_path, steps, cut
 ):

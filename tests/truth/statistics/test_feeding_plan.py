@@ -217,7 +217,7 @@ def test_no_other_policy_takes_less_time(dropped, flips):
     np.testing.assert_allclose(seconds(chosen), least, rtol=1e-9)
 
 
-def test_nothing_is_uncertain_of_poses_that_symmetry_makes_one_and_something_of_counts():
+def test_poses_that_symmetry_makes_one_are_certain_and_counts_are_not():
     cube = part_from_mesh(*shapes.box(0.02, 0.02, 0.02))
     assert (
         feeding_plan.pose_groups.pose_groups(simulate(cube, 9))[0].probability_low

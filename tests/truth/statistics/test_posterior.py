@@ -7,11 +7,11 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, strategies
 from scipy.stats import beta, binom, dirichlet, norm
 
 from lab.bodies import shapes
-from ros_pose_stats import estimate as estimated, part_from_mesh
+from ros_pose_stats import estimate, part_from_mesh
 from ros_pose_stats.core.planning import confidence
 from ros_pose_stats.core.planning.confidence import (
     learn_plate_error,
@@ -23,34 +23,44 @@ from ros_pose_stats.core.statistics.posterior import shortest_interval
 from ros_pose_stats.core.statistics.prior import ConnorMosimann, PosePrior, prior_fit
 
 
-@st.composite
+@strategies.composite
 def cases(draw):
     """Estimate, groups that share it evenly, counts, and the error of the estimate."""
-    poses = draw(st.integers(1, 7))
-    group = np.array(draw(st.lists(st.integers(0, 3), min_size=poses, max_size=poses)))
+    poses = draw(strategies.integers(1, 7))
+    group = np.array(
+        draw(
+            strategies.lists(strategies.integers(0, 3), min_size=poses, max_size=poses)
+        )
+    )
     weight = (
         np.array(
             draw(
-                st.lists(
-                    st.sampled_from((0.0, 1e-4, 0.01, 1.0, 3.0)), min_size=4, max_size=4
+                strategies.lists(
+                    strategies.sampled_from((0.0, 1e-4, 0.01, 1.0, 3.0)),
+                    min_size=4,
+                    max_size=4,
                 )
             )
         )[group]
         + 1e-9
     )
     counts = np.array(
-        draw(st.lists(st.integers(0, 300), min_size=poses, max_size=poses))
+        draw(
+            strategies.lists(
+                strategies.integers(0, 300), min_size=poses, max_size=poses
+            )
+        )
     )
     return (
         weight / weight.sum(),
         group,
         counts,
-        draw(st.sampled_from((0.0, 0.01, 0.05, math.nan))),
+        draw(strategies.sampled_from((0.0, 0.01, 0.05, math.nan))),
     )
 
 
 class TestLaws:
-    @given(cases(), st.randoms(use_true_random=False))
+    @given(cases(), strategies.randoms(use_true_random=False))
     def test_a_distribution_shared_evenly_within_groups_whatever_the_order(
         self, case, random
     ):
@@ -96,12 +106,12 @@ class TestLimits:
         )
 
     def test_symmetry_leaves_nothing_to_learn(self):
-        for estimate, counts in ((np.full(6, 1 / 6), [9, 0, 0, 0, 0, 0]), ([1.0], [3])):
-            posterior = PosePrior(
-                estimate, np.zeros(len(counts), int), 0.0, 0.5
-            ).update(counts)
-            np.testing.assert_allclose(posterior.probability, estimate)
-            np.testing.assert_allclose(posterior.interval(), [estimate, estimate])
+        for shares, counts in ((np.full(6, 1 / 6), [9, 0, 0, 0, 0, 0]), ([1.0], [3])):
+            posterior = PosePrior(shares, np.zeros(len(counts), int), 0.0, 0.5).update(
+                counts
+            )
+            np.testing.assert_allclose(posterior.probability, shares)
+            np.testing.assert_allclose(posterior.interval(), [shares, shares])
             assert (
                 max(
                     posterior.expected_error,
@@ -136,7 +146,9 @@ class TestLimits:
 
 
 @given(
-    st.floats(1.01, 500.0), st.floats(1.01, 500.0), st.sampled_from((0.5, 0.9, 0.99))
+    strategies.floats(1.01, 500.0),
+    strategies.floats(1.01, 500.0),
+    strategies.sampled_from((0.5, 0.9, 0.99)),
 )
 def test_the_shortest_interval_of_a_beta_distribution(a, b, level):
     """Against scipy's: it holds its share, and none between other quantiles is
@@ -296,7 +308,7 @@ def test_an_estimate_far_off_costs_next_to_nothing():
 
 def test_poses_of_a_group_share_counts_unless_these_are_unequal():
     """Of both sides of a plate 130 and 70 are no chance (p = 2e-5), 105 and 95 are."""
-    model = estimated(part_from_mesh(*shapes.box(0.03, 0.04, 0.01)), "split")
+    model = estimate(part_from_mesh(*shapes.box(0.03, 0.04, 0.01)), "split")
     pairs = [(pose.index, pose.group) for pose in model.by_index.values()]
     assert [group for _, group in pairs] == [0, 0, 1, 1, 2, 2]
     equal = observe_counts(model, [105, 95, 3, 2, 1, 0])
@@ -314,7 +326,7 @@ def test_what_a_plate_errs_by_is_learnt_from_other_parts():
     """Counts as the estimate has them say little error, turned round they say much;
     none, none.
     """
-    model = estimated(part_from_mesh(*shapes.box(0.02, 0.03, 0.012)), "split")
+    model = estimate(part_from_mesh(*shapes.box(0.02, 0.03, 0.012)), "split")
     stated = [
         round(1000 * p)
         for _, p in sorted((pose.index, pose.probability) for pose in model.poses)

@@ -3,7 +3,7 @@ decimal.
 """
 
 import numpy as np
-from hypothesis import given, strategies as st
+from hypothesis import given, strategies
 
 from ros_pose_stats.core.tolerances import number_equal
 
@@ -11,9 +11,9 @@ TOLERANCE = 1e-10
 
 
 @given(
-    st.lists(st.integers(0, 50), min_size=1, max_size=12),
-    st.floats(0.0, 1.0),
-    st.randoms(use_true_random=False),
+    strategies.lists(strategies.integers(0, 50), min_size=1, max_size=12),
+    strategies.floats(0.0, 1.0),
+    strategies.randoms(use_true_random=False),
 )
 def test_noise_below_the_tolerance_changes_no_number(levels, start, random):
     """Levels ten tolerances apart, also about a half of any decimal, shaken by a

@@ -42,7 +42,7 @@ LARGEST = 32
 """Planes, the largest, of which two are followed."""
 
 SAME_PLACE = 5e-3
-"""Differences of distances, in radii, cosines, and areas, as a share, of like planes."""
+"""Of like planes: differences of distances (radii), cosines, and areas (a share)."""
 
 UPRIGHT_COSINE = 0.9
 """Cosine of the angle of two planes from which on both do not tell a motion."""

@@ -227,8 +227,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
     },
     "--accept-open": {
         "action": "store_true",
-        "help": "take the convex hull of a solid of a STEP file whose surface comes out "
-        "with holes, and tell no error (default: such a file is refused)",
+        "help": "take the convex hull of a solid of a STEP file whose surface comes "
+        "out with holes, and tell no error (default: such a file is refused)",
     },
     "--com": {
         "nargs": 3,

@@ -5,7 +5,12 @@ import time
 from functools import cache
 
 import rclpy
-from rcl_interfaces import srv as parameter_services
+from rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    ListParameters,
+    SetParameters,
+)
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.parameter import Parameter
@@ -25,10 +30,10 @@ SERVICES = {
     "get_drop_simulation": srv.GetDropSimulation,
     "list_drop_simulations": srv.ListDropSimulations,
     "cancel_drop_simulation": srv.CancelDropSimulation,
-    "describe_parameters": parameter_services.DescribeParameters,
-    "get_parameters": parameter_services.GetParameters,
-    "set_parameters": parameter_services.SetParameters,
-    "list_parameters": parameter_services.ListParameters,
+    "describe_parameters": DescribeParameters,
+    "get_parameters": GetParameters,
+    "set_parameters": SetParameters,
+    "list_parameters": ListParameters,
 }
 QUEUED, RUNNING, DONE, CANCELLED, FAILED = range(1, 6)
 

@@ -353,10 +353,8 @@ class TestTheCommand:
             f" {100.0 * pose.probability:.2f}% " in table for pose in statistics.poses
         )
         [row] = [line for line in answer("show").splitlines() if f" {part_id} " in line]
-        assert (
-            f"{statistics.poses[0].index}: {100.0 * statistics.poses[0].probability:.1f}, "
-            in row
-        )
+        pose = statistics.poses[0]
+        assert f"{pose.index}: {100.0 * pose.probability:.1f}, " in row
 
     def test_an_answer_about_another_scene_is_not_taken_for_its_own(
         self, cell, tmp_path
