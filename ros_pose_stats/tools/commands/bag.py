@@ -13,7 +13,7 @@ def register(commands: arguments.Commands) -> None:
         help="analyse recorded bags",
         description="Show results, jobs and camera counts in bags of the node, or "
         "recorded by `ros2 bag record`, and compare estimates, simulations and counts "
-        "with each other.",
+        "with each other. Bags of a node that ended without an index get it.",
         examples=("ros_pose_stats bag ~/.ros/pose_stats --csv tables",),
         run=run,
     )
