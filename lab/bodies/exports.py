@@ -77,6 +77,13 @@ def tube(sides, start=0.0):
     )
 
 
+def eccentric_tube(sides):
+    """A tube with its bore aside, so that its centre of mass is beside its axis."""
+    vertices, triangles = tube(sides)
+    is_bore = np.hypot(vertices[:, 0], vertices[:, 1]) < 0.75
+    return vertices + np.outer(is_bore, (0.3, 0.0, 0.0)), triangles
+
+
 def ring(sides, start=0.0):
     """A bearing: chamfered outside, with a bore."""
     return turned(

@@ -15,7 +15,7 @@ from ..kernels.body import convex_body
 from ..kernels.elementary import sines_cosines
 from ..mesh.arrays import mask_of
 from ..records import Array, Index
-from .rims import Chain, Group, Outline, Rim
+from .rims import ON_AXIS, Chain, Group, Outline, Rim, distance_from_axis
 from .thinning import FullRim, plan_sides
 
 TURN = 2.0 * np.pi
@@ -232,20 +232,28 @@ def _divide_turn(ends: Sequence[float], step: float) -> Array:
 def _regular_angles(
     points: Array, group: Group, full_rims: Sequence[FullRim], sides: int
 ) -> Array:
-    """Evenly spaced angles through a corner of the file.
+    """Evenly spaced angles through corners of the file.
 
-    Of all corners that the largest rim has, the one that leaves the smallest remainder:
-    so the order of the mesh does not matter, and where the count divides all corners
-    stay corners.
+    They go through the corner of the largest rim that is nearest to the centre of mass,
+    whichever way the mesh is turned. Where the count divides, all corners stay corners
+    but for the rounding of the file, whose mean is taken.
     """
     step = TURN / sides
     if not full_rims:
         return np.asarray(step * np.arange(sides), dtype=np.float64)
     largest_rim = max(full_rims, key=lambda full_rim: full_rim.rim.radius)
     angle = group.angles(points[largest_rim.rim.corner])
-    remainder = angle - step * np.floor(angle / step)
+    center_of_mass = np.zeros((1, 3))
+    if distance_from_axis(center_of_mass, group) > ON_AXIS:
+        turn = angle - group.angles(center_of_mass)
+        first = float(angle[np.abs(turn - TURN * np.rint(turn / TURN)).argmin()])
+    else:
+        first = float((angle - step * np.floor(angle / step)).min())
+    deviation = angle - first
+    deviation -= step * np.rint(deviation / step)
+    rounding = deviation[np.abs(deviation) < SAME_ANGLE * step]
     return np.asarray(
-        float(remainder.min()) + step * np.arange(sides), dtype=np.float64
+        first + float(rounding.mean()) + step * np.arange(sides), dtype=np.float64
     )
 
 

@@ -17,7 +17,7 @@ from scipy.stats import chi2_contingency
 import ros_pose_stats
 from lab.bodies import exports, shapes
 from lab.bodies.samples import clamp_hull, random_polyhedron
-from lab.bodies.variants import moved, rotation, shuffled, subdivided
+from lab.bodies.variants import in_float32, moved, rotation, shuffled, subdivided
 from ros_pose_stats import (
     auto,
     load_part,
@@ -40,6 +40,7 @@ BODIES = {
     "disc": shapes.cylinder(48, 1.0, 0.4),
     "one pose": exports.capsule(32),
     "clamp": clamp_hull(),
+    "eccentric tube": in_float32(exports.eccentric_tube(50)),
     "notched disc": exports.notched_disc(96),
     "gear": exports.gear(12),
 }
@@ -198,6 +199,7 @@ def test_copies_are_kicked_alike(name):
         ("catalogue/Cf1i.STL", "mm"),
         ("catalogue/Rf2i.STL", "mm"),
         ("catalogue/Tf1o.STL", "mm"),
+        ("catalogue/Cf4i.STEP", "mm"),
     ],
 )
 def test_copies_of_real_parts(file, unit):
