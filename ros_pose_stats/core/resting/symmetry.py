@@ -82,6 +82,11 @@ INERTIA_SLACK = 4.0
 """Share of the trace of the inertia by which it may be off where the centre of mass is,
 by one radius: what makes that lies at most so far out, beside that radius squared."""
 
+EVEN = 0.1
+"""Share of its barrier by which a pose may be higher than one that a motion takes it to,
+where the centre of mass is beside the axis of a thread: facets of a coil are shallow, and
+it comes to rest on the low ones."""
+
 NO_SHIFT = np.zeros(3)
 
 
@@ -169,6 +174,10 @@ class _Search:
         slack = 0.0
         if tolerance > SYMMETRY:
             motions = motions.pick((group[motions.images] != group).any(axis=1))
+            heights = self.equilibria.heights[self.clusters.lowest_face]
+            rise = np.abs(heights[motions.images] - heights)
+            is_uneven = (rise > EVEN * self.clusters.barrier).any(axis=1)
+            motions = motions.pick(np.logical_not(is_uneven))
             is_near = [self.hull.is_near(m, NEAR) for m in motions.matrices]
             motions = motions.pick(np.array(is_near, dtype=np.bool_))
             slack = self._slack_of(motions.matrices)
