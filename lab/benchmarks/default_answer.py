@@ -358,7 +358,9 @@ def power(drops: int, offset: float) -> dict[str, float]:
     """How often so many drops refute an estimate, and the error of the answers."""
     unit = np.repeat((0, 1), NUT)
     shares = np.array((NUT_ENDS + offset, 1.0 - NUT_ENDS - offset))
-    fit = prior_fit(DEFAULT_RESTITUTION)._replace(strange=confidence.DOUBT)
+    fit = prior_fit(DEFAULT_RESTITUTION)._replace(
+        strange=confidence.STRANGE_CHANCE, doubt=confidence.DOUBT
+    )
     prior = PosePrior((shares / NUT)[unit], unit, NUT_TOLD, DEFAULT_RESTITUTION, fit)
     ends = np.arange(drops + 1)
     refuted = np.zeros(ends.size)

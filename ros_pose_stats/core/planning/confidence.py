@@ -24,11 +24,11 @@ from ..statistics.prior import FALSE_ALARM_CHANCE, PosePrior, PriorFit, prior_fi
 
 STRANGE_CHANCE = 0.08
 """How likely a part is of a kind that no fit has seen: a judgement, whose outcome is in
-docs/measured/benchmarks.md."""
+docs/measured/benchmarks.md. About as many parts are off by more than twice what is told."""
 
 DOUBT = 0.95
-"""The same where drops stand beside the estimate: some more of them are needed where it
-is right, and the errors that are told are kept where it is wrong."""
+"""The same as errors are told by where drops stand beside the estimate: some more of
+them are needed where it is right, and the errors are kept where it is wrong."""
 
 SMALLEST_POINTS = 0.01  # what is told of an error that symmetry makes vanish
 
@@ -45,7 +45,7 @@ def estimate_prior(
     estimate: PoseStatistics,
     resting: RestingPoses,
     scene: DropScene,
-    strange: float = DOUBT,
+    doubt: float = DOUBT,
 ) -> PosePrior:
     """The same from an estimate that was made before, or its message.
 
@@ -65,7 +65,7 @@ def estimate_prior(
         estimate.expected_error if knows_scene else math.nan,
         resting,
         scene,
-        strange,
+        doubt,
     )
 
 
@@ -74,14 +74,14 @@ def _prior(
     expected: float,
     resting: RestingPoses,
     scene: DropScene,
-    strange: float,
+    doubt: float,
 ) -> PosePrior:
     return PosePrior(
         estimate,
         resting.unit,
         expected,
         scene.restitution,
-        prior_fit(scene.restitution)._replace(strange=strange),
+        prior_fit(scene.restitution)._replace(strange=STRANGE_CHANCE, doubt=doubt),
         resting.group,
     )
 

@@ -65,20 +65,21 @@ class Kinds(NamedTuple):
 class Posterior(NamedTuple):
     """Distribution of the pose probabilities of one part."""
 
-    probability: Array  # (P,); means of sum 1, equal for poses of one group
-    standard_error: Array  # (P,); standard deviations
+    probability: Array  # (P,); of sum 1, equal for poses of one unit
+    standard_error: Array  # (P,); root mean square distances from these
     unit: Index  # (P,); the unit that each pose belongs to
     size: Index  # (G,); poses of each unit, which share its error evenly
     error: SquareError  # over the poses
     row_error: SquareError  # over the rows of a table: shares of poses taken together
     variance: Array  # (M, G); of the units at each of M strengths
-    offset: Array  # (M, G); mean less that of the mixture
+    offset: Array  # (M, G); mean less the answer
     kinds: Kinds
 
     @classmethod
     def from_moments(
         cls,
         weight: Array,
+        answer_weight: Array,
         mean: Array,
         variance: Array,
         unit: Index,
@@ -87,13 +88,14 @@ class Posterior(NamedTuple):
     ) -> "Posterior":
         """Take the units' moments (M, G) at some strengths, and their weights (M,).
 
-        `unit`, `row` (P,): of each pose; poses of one row are of one unit. `kinds`: the
+        The answer is the mean by its own weights; errors are distances from it, by
+        `weight`. `unit`, `row` (P,): of each pose; poses of one row are of one unit. `kinds`: the
         same moments, parted by which kind of estimate holds rather than by strength.
         """
         size = np.bincount(unit)
         # The weights' sum is rounded; it shows where all agree, as on a pose that is
         # the only one.
-        center = np.where(np.ptp(mean, axis=0) == 0.0, mean[0], weight @ mean)
+        center = np.where(np.ptp(mean, axis=0) == 0.0, mean[0], answer_weight @ mean)
         offset = mean - center
         spread = weight @ (variance + offset * offset)
         share = 1.0 / size

@@ -4,7 +4,9 @@ The belief has a strength: as many pseudo-drops, divided as the estimate says. N
 knows it for the part at hand. Its logarithm is taken to scatter over parts about what
 the expected error implies, with the tails of Student's t with three degrees of freedom.
 A part may also be of a kind that no fit has seen; then the estimate may be worth
-anything from a single drop up. Drops tell. Rare poses are estimated more surely than
+anything from a single drop up. How likely that is decides the answer; the errors that
+are told beside it stand on more doubt, so that they are kept where the estimate is
+wrong. Drops tell. Rare poses are estimated more surely than
 the others, but for a share of them that is not: drops tell which kind a pose is of.
 Poses that symmetry makes equal are one unit.
 """
@@ -39,6 +41,8 @@ class PriorFit(NamedTuple):
     unsure_share: float
     # probability that the part is of a kind that no fit has seen, 0 to below 1
     strange: float = 0.0
+    # the same as the errors of the answer are told by, 0 to below 1; `strange` at least
+    doubt: float = 0.0
 
 
 def prior_fit(restitution: float) -> PriorFit:
@@ -66,6 +70,10 @@ STRENGTH_GRID = np.linspace(-8.0, 5.0, 14)
 STRANGE_GRID = np.arange(8) / 8
 """Those of a part of a strange kind: logarithms over that of the typical strength, from
 a single drop on, each as likely as the others."""
+
+DOUBTED_DROPS = 100.0
+"""Drops beside which the answer doubts the estimate half as much as its errors do: the
+more there are, the less is won by an estimate that is right."""
 
 
 class PosePrior:
@@ -121,7 +129,9 @@ class PosePrior:
         unsure_share = scatter_fit.unsure_share
         self._kind_share = np.array((1.0 - unsure_share, unsure_share))
         self._strength = self._strength_grid(scatter_fit, implied_strength)
-        self._log_weight = _log_weights(scatter_fit)
+        self._strange = scatter_fit.strange
+        self._doubt = max(scatter_fit.strange, scatter_fit.doubt)
+        self._log_weight = _log_weights(self._doubt)
 
     def _strength_grid(self, fit: PriorFit, implied_strength: float) -> Array:
         """Strengths (2, M, G) of both kinds, those of a usual part first."""
@@ -131,7 +141,7 @@ class PosePrior:
         rare_factor = 1.0 + fit.rare_below * self.size / self.mean
         kind_factors = np.vstack((rare_factor, np.ones_like(rare_factor)))[:, None]
         usual_strength: Array = np.exp(log_strength)[:, None] * kind_factors
-        if not fit.strange:
+        if not max(fit.strange, fit.doubt):
             return usual_strength
         strange_strength = max(self.strength, LEAST_STRENGTH) ** STRANGE_GRID[:, None]
         shape = (2, STRANGE_GRID.size, rare_factor.size)
@@ -153,19 +163,19 @@ class PosePrior:
 
     def log_evidence(self, counts: ArrayLike) -> float:
         """Logarithm of the probability of such counts (P,), but for a constant."""
-        return self._update(self._count_units(counts))[2]
+        return self._update(self._count_units(counts)).log_evidence
 
     def update(self, counts: ArrayLike) -> posterior.Posterior:
         """Distribution of the probabilities after counts (P,), which may be all 0."""
         unit_counts = self._count_units(counts)
-        breaks, weight, _ = self._update(unit_counts)
+        breaks, weight, answer_weight, _ = self._update(unit_counts)
         inverse_order = np.argsort(self._order(unit_counts))
         mean, variance = (moment[:, inverse_order] for moment in breaks.moments())
         kinds = posterior.Kinds(
             *(column[:, inverse_order] for column in breaks.kinds(weight))
         )
         return posterior.Posterior.from_moments(
-            weight, mean, variance, self.unit, self.row, kinds
+            weight, answer_weight, mean, variance, self.unit, self.row, kinds
         )
 
     def contradicted_poses(self, counts: ArrayLike) -> Mask:
@@ -176,18 +186,22 @@ class PosePrior:
         unit_counts = self._count_units(counts)
         return contradicted_units(unit_counts, self.mean, weight, strength)[self.unit]
 
-    def _update(self, unit_counts: Array) -> "tuple[ConnorMosimann, Array, float]":
-        """Breaks after the drops, the strengths' weights, log evidence."""
+    def _update(self, unit_counts: Array) -> "_Update":
         order = self._order(unit_counts)
         prior_breaks = ConnorMosimann.from_means(
             self.mean[order], self._strength[..., order], self._kind_share
         )
         posterior_breaks, log_evidence = prior_breaks.update(unit_counts[order])
-        log_weight = self._log_weight + log_evidence
-        top = log_weight.max()
-        weight = np.exp(log_weight - top)
-        total = weight.sum()
-        return posterior_breaks, weight / total, float(top + math.log(total))
+        weight, total = _normalize(self._log_weight + log_evidence)
+        strange = self._strange_beside(unit_counts.sum())
+        answer_weight, _ = _normalize(_log_weights(strange) + log_evidence)
+        return _Update(posterior_breaks, weight, answer_weight, total)
+
+    def _strange_beside(self, drops: float) -> float:
+        """How likely the answer takes the part to be strange, beside so many drops."""
+        square = (drops / DOUBTED_DROPS) ** 2
+        share = square / (1.0 + square)
+        return self._strange + (self._doubt - self._strange) * share
 
     def _order(self, unit_counts: Array) -> Index:
         """Rare units first; where estimates are equal, those seen less."""
@@ -204,17 +218,34 @@ class PosePrior:
         return np.bincount(self.unit, pose_counts).astype(np.float64)
 
 
-def _log_weights(fit: PriorFit) -> Array:
-    """Log weights (M,) of the strengths of a prior."""
+class _Update(NamedTuple):
+    """A prior after drops."""
+
+    breaks: "ConnorMosimann"
+    weight: Array  # (M,); of the strengths, as errors are told by
+    answer_weight: Array  # (M,); as the answer is made by
+    log_evidence: float
+
+
+def _normalize(log_weight: Array) -> tuple[Array, float]:
+    """Weights of sum 1, and the logarithm of the sum that they had."""
+    top = log_weight.max()
+    weight = np.exp(log_weight - top)
+    total = weight.sum()
+    return weight / total, float(top + math.log(total))
+
+
+def _log_weights(strange: float) -> Array:
+    """Log weights (M,) of the strengths of a prior, `strange` as in `PriorFit`."""
     scatter = (
         -0.5
         * (TAIL_FREEDOM + 1.0)
         * np.log1p(STRENGTH_GRID * STRENGTH_GRID / TAIL_FREEDOM)
     )
-    usual_weight = scatter - math.log(np.exp(scatter).sum()) + math.log1p(-fit.strange)
-    if not fit.strange:
+    usual_weight = scatter - math.log(np.exp(scatter).sum()) + math.log1p(-strange)
+    if not strange:
         return usual_weight
-    strange_weight = np.full(STRANGE_GRID.shape, fit.strange / STRANGE_GRID.size)
+    strange_weight = np.full(STRANGE_GRID.shape, strange / STRANGE_GRID.size)
     return np.concatenate((usual_weight, np.log(strange_weight)))
 
 

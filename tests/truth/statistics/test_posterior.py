@@ -212,7 +212,9 @@ def test_an_estimate_that_is_wrong_loses(drops, offset):
     ends = np.array((0.56, 0.44))
     unit = np.repeat((0, 1), (2, 6))
     estimate = np.add(ends, (offset, -offset))[unit] / np.bincount(unit)[unit]
-    fit = prior_fit(0.5)._replace(strange=confidence.DOUBT)
+    fit = prior_fit(0.5)._replace(
+        strange=confidence.STRANGE_CHANCE, doubt=confidence.DOUBT
+    )
     prior = PosePrior(estimate, unit, 0.008, 0.5, fit)
     truth = ends[unit] / np.bincount(unit)[unit]
     runs = np.random.default_rng(2).multinomial(drops, truth, size=1000)
@@ -222,6 +224,27 @@ def test_an_estimate_that_is_wrong_loses(drops, offset):
         error = np.abs(posterior.probability - truth).max()
         kept.append(error <= posterior.largest_error())
     assert np.mean(kept) >= 0.9 - 3.0 * math.sqrt(0.09 / 1000) - 0.03
+
+
+@pytest.mark.parametrize("drops", [1, 3, 10, 30, 100])
+def test_few_drops_cost_a_good_estimate_little(drops):
+    """Exact errors, where an estimate is off by as much as it tells, either way.
+
+    Ten drops alone are off by six times as much; a fifth is what they may add.
+    """
+    stated_error = 0.025
+    estimate = (0.3, 0.7)
+    fit = prior_fit(0.5)._replace(
+        strange=confidence.STRANGE_CHANCE, doubt=confidence.DOUBT
+    )
+    prior = PosePrior(estimate, [0, 1], stated_error, 0.5, fit)
+    k = np.arange(drops + 1)
+    answer = np.array(
+        [prior.update([count, drops - count]).probability[0] for count in k.tolist()]
+    )
+    truth = np.add(estimate[0], (-stated_error, stated_error))[:, None]
+    square = (binom.pmf(k, drops, truth) * np.square(answer - truth)).sum(axis=1)
+    assert math.sqrt(square.mean()) <= 1.2 * stated_error
 
 
 def drawn_parts(number, seed=4):
