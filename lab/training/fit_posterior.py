@@ -81,24 +81,18 @@ def _fit(x: Array) -> PriorFit:
 def source(method: str, fits: dict[float, PriorFit]) -> str:
     """Source of the module that holds the numbers."""
     rows = "\n".join(
-        f"    ({', '.join(f'{value:.4g}' for value in fit)})," for fit in fits.values()
+        f"    ({', '.join(f'{value:.4g}' for value in fit[: len(BEGIN)])}),"
+        for fit in fits.values()
     )
     return TEXT.format(method, tuple(fits), rows)
 
 
 TEXT = '''"""Numbers of the prior, written by `python -m lab.training.fit_posterior`."""
 
-from __future__ import annotations
+FITTED_METHOD = "{}"  # the estimator that they belong to
+FITTED_AT = {}  # restitutions of the rows below
 
-from typing import Final
-
-FITTED_METHOD: Final = "{}"
-"""The estimator that they belong to."""
-
-FITTED_AT: Final = {}
-"""Restitutions of the rows below."""
-
-FITTED: Final = (
+FITTED = (
 {}
 )
 """`PriorFit.center`, `spread`, `overrated`, `rare_below` and `unsure_share` at each."""

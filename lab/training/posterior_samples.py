@@ -35,7 +35,7 @@ class Sample(NamedTuple):
     restitution : float
     estimate : (P,) array
     expected_error : float
-    group : (P,) array of int
+    unit : (P,) array of int
     count : (P,) array of int
         Settled drops in each pose.
     """
@@ -44,13 +44,13 @@ class Sample(NamedTuple):
     restitution: float
     estimate: Array
     expected_error: float
-    group: Index
+    unit: Index
     count: Index
 
     def prior(self, fit: PriorFit | None = None) -> PosePrior:
         """Prior of this body around its estimate."""
         return PosePrior(
-            self.estimate, self.group, self.expected_error, self.restitution, fit
+            self.estimate, self.unit, self.expected_error, self.restitution, fit
         )
 
 
@@ -105,5 +105,4 @@ def sample_of(
     scene = DropScene(restitution)
     estimate = estimator(method).function(resting, scene)
     error = expected_error(method, resting, estimate, scene).part_error
-    group = np.array([pose.group for pose in resting.poses])
-    return Sample(number, restitution, estimate, error, group, count)
+    return Sample(number, restitution, estimate, error, resting.unit, count)
