@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lab.frame.results import Row, Section, Target
-from ros_pose_stats.core.estimators import ESTIMATORS, best_method
+from ros_pose_stats.core.estimators import best_method
 from ros_pose_stats.core.estimators.expected import expected_error, scatter_mixture
 from ros_pose_stats.core.estimators.fitted import ErrorFit
 from ros_pose_stats.core.records.scene import DEFAULT_RESTITUTION
@@ -89,9 +89,9 @@ class Judged(NamedTuple):
 def judged(
     samples: Sequence[Sample], fits: Mapping[str, ErrorFit]
 ) -> dict[str, Judged]:
-    """Expected and true errors by the name of the method."""
-    rows: dict[str, list[tuple[object, ...]]] = {name: [] for name in ESTIMATORS}
-    for row, resting, scene, answers in answered(samples):
+    """Expected and true errors by the name of the method, of those with a fit."""
+    rows: dict[str, list[tuple[object, ...]]] = {name: [] for name in fits}
+    for row, resting, scene, answers in answered(samples, tuple(fits)):
         share, noise = counted(row)
         single = share * (1.0 - share) / row.count.sum()
         for name, estimate in answers.items():
