@@ -26,7 +26,9 @@ SPEAKS_ROS = {("node",), ("publish",), ("show",)}
 
 STATISTICS_KEYS = {
     "choice",
-    "observed",
+    "counted_parts",
+    "model_gap",
+    "numbering",
     "units",
     "part_id",
     "part_digest",

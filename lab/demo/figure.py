@@ -35,7 +35,7 @@ def learning_figure(results: Sequence[PoseStatistics], truth: PoseStatistics) ->
     itself. Returns axes of equal span for each pose; the band is the 90 % interval of
     what was learned. Raises RequestError if nothing was learned.
     """
-    learned = [statistics for statistics in results if statistics.observed]
+    learned = [statistics for statistics in results if statistics.counted_parts]
     if not learned:
         raise RequestError(
             "results with the method observed",
@@ -47,7 +47,7 @@ def learning_figure(results: Sequence[PoseStatistics], truth: PoseStatistics) ->
     rows = -(-len(poses) // COLUMNS)
     figure = new_figure(9.0, 0.7 + 2.5 * rows, layout="constrained")
     grid = figure.subplots(rows, COLUMNS, sharex=True, squeeze=False)
-    parts_seen = np.array([statistics.observed for statistics in learned])
+    parts_seen = np.array([statistics.counted_parts for statistics in learned])
     ranges = [curve.range() for curve in curves.values()]
     span = max(LEAST_SPAN, *(1.08 * (high - low) for low, high in ranges))
     for axes, pose in zip(grid.flat, poses, strict=False):

@@ -32,7 +32,8 @@ def learn_plate(listener: Listener, node: subprocess.Popen[bytes]) -> Path:
         wait_for(
             "result from what the camera saw",
             lambda: any(
-                result.observed >= PARTS_SEEN for result in listener.results(PART.stem)
+                result.counted_parts >= PARTS_SEEN
+                for result in listener.results(PART.stem)
             ),
             node,
             planner,

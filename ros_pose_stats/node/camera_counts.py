@@ -13,7 +13,6 @@ from rclpy import callback_groups, event_handler, qos, serialization
 from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 
 from ..base.errors import RequestError
-from ..core.records.scene import numbering_of
 from ..core.resting.observed_orientations import classify_orientations
 from .equipment import Equipment
 from .memory import Memory
@@ -131,8 +130,8 @@ OBSERVED_TOPIC = "~/observed_parts"
 MOST_PROBLEMS = 60  # counts in a minute that cannot be compared, and are told each
 MOST_PARTS = 10**6  # in one count
 LEAST_CONFIDENCE = 0.5  # a camera that is less sure of a part says nothing of its pose
-MOST_SPEEDS = 100
-LONGEST_SPEED = 100  # of a feeder, and characters of a name
+MOST_SETTINGS = 100
+LONGEST_SETTING = 100  # of a feeder, and characters of a name
 
 
 class Cameras:
@@ -204,6 +203,10 @@ class Cameras:
         kind = "counts of nothing"
         with nullcontext() if part is None else part.lock:  # nothing comes in between
             part = self._parts.current(counts.part_id)
+            problem = numbering_problem(counts.numbering, part)
+            if problem:
+                self._refusals.refuse(COUNTS_TOPIC, problem, "count")
+                return
             problem = count_problem(counts, part, self._settings().plate)
             if part is not None and not problem:
                 if part.add_counts(counts):
@@ -232,6 +235,10 @@ class Cameras:
             return None
         result = part.latched.message
         scene = part.latched.scene
+        problem = numbering_problem(observed.numbering, part)
+        if problem:
+            self._refusals.refuse(OBSERVED_TOPIC, problem, "message")
+            return None
         poses = classify_orientations(
             part.geometry,
             observed.poses[:, 3:],
@@ -244,16 +251,14 @@ class Cameras:
         index, count = np.unique(poses[is_sure], return_counts=True)
         counts = PoseCounts(
             part_id=part.part_id,
-            part_digest=part.digest,
-            cluster_tolerance=result.cluster_tolerance,
-            round_sides=result.round_sides,
+            numbering=result.numbering,
             plate=settings.plate,
             index=index.astype(np.uint32),
             count=count.astype(np.uint64),
             drop_height=-1.0 if scene.drop_height is None else scene.drop_height,
             unclassified=int((~is_sure).sum()),
             from_pose=observed.from_pose,
-            feeder_speed=observed.feeder_speed,
+            feeder_setting=observed.feeder_setting,
         )
         counts.header.stamp = times.time_message(
             observed.stamp or times.current_stamp()
@@ -291,6 +296,20 @@ def check_observed(observed: part_messages.ObservedArrays, plate_frame: str) -> 
         )
 
 
+def numbering_problem(numbering: int, part: KnownPart | None) -> str:
+    """Why counts under a numbering are refused; empty where they are not."""
+    if part is None or part.latched is None or not numbering:
+        return ""
+    present = part.latched.message.numbering
+    if numbering == present:
+        return ""
+    return (
+        f"OTHER_NUMBERING: expected {present} of the present result of "
+        f"{part_requests.quote_text(part.part_id)}, or 0 for it, got {numbering}; "
+        "copy numbering from PoseStatistics"
+    )
+
+
 def count_problem(counts: PoseCounts, part: KnownPart | None, plate: str) -> str:
     """Why counts of a part cannot be compared with anything; empty where they can."""
     if len(counts.index) != len(counts.count):
@@ -303,8 +322,6 @@ def count_problem(counts: PoseCounts, part: KnownPart | None, plate: str) -> str
             f"it names the plate {part_requests.quote_text(counts.plate)}, and the "
             f"node's is {part_requests.quote_text(plate)}; name that one, or none"
         )
-    if counts.part_digest and counts.part_digest != part.digest:
-        return f"{name} has another part_digest by now"
     if sum(counts.count) > MOST_PARTS:
         return f"it counts more than {MOST_PARTS} parts"
     indices = {*counts.index}
@@ -318,30 +335,22 @@ def count_problem(counts: PoseCounts, part: KnownPart | None, plate: str) -> str
             f"it has the drop_height {counts.drop_height}; "
             "a negative one stands for unknown"
         )
-    result = part.latched.message
-    numbering = numbering_of(counts)
-    result_numbering = numbering_of(result)
-    if not numbering.agrees(result_numbering):
-        return (
-            f"it has {numbering}, the results have {result_numbering}; "
-            "copy both from PoseStatistics"
-        )
-    unknown = sorted(indices - {pose.index for pose in result.poses})
+    unknown = sorted(indices - {pose.index for pose in part.latched.message.poses})
     return f"{name} has no pose {unknown[0]}" if unknown else ""
 
 
 def flip_problem(counts: PoseCounts, part: KnownPart) -> str:
     """Why counts of flips cannot be added to those before; empty where they can."""
-    if not 0 < len(counts.feeder_speed) <= LONGEST_SPEED:
+    if not 0 < len(counts.feeder_setting) <= LONGEST_SETTING:
         return (
-            f"it has a from_pose and {len(counts.feeder_speed)} characters of "
-            f"feeder_speed; name the feeder's setting in 1 to {LONGEST_SPEED}"
+            f"it has a from_pose and {len(counts.feeder_setting)} characters of "
+            f"feeder_setting; name the feeder's setting in 1 to {LONGEST_SETTING}"
         )
     tally = part.counts.tally
-    speeds = set() if tally is None else tally.flips.keys()
-    if counts.feeder_speed not in speeds and len(speeds) >= MOST_SPEEDS:
+    settings = set() if tally is None else tally.flips.keys()
+    if counts.feeder_setting not in settings and len(settings) >= MOST_SETTINGS:
         return (
-            f"flips at {len(speeds)} feeder_speeds have been counted, "
+            f"flips at {len(settings)} feeder_settings have been counted, "
             "the most there are"
         )
     return ""

@@ -78,14 +78,15 @@ class PoseStatsNode(AnsweringNode):
         # Parts and their results.
         self.builder = part_builder.PartBuilder(equipment)
         self.parts = parts = PartRegistry(equipment, self.builder)
-        # Simulations. Goals may flip for minutes: ~/feeding does not wait for them.
+        # Simulations. Goals may flip for minutes: plans do not wait for them.
         reports = job_reports.JobReports(equipment, parts)
         flips = run.FlipReports()
+        plan_flips = run.FlipReports(flips.counted)
         prefix = recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = jobs = Jobs(prefix, reports, log.error)
         self.flip_jobs = (
             Jobs(f"{prefix}_flips", flips, log.error, run.run_flips),
-            Jobs(f"{prefix}_feeding", flips, log.error, run.run_flips),
+            Jobs(f"{prefix}_plans", plan_flips, log.error, run.run_flips),
         )
         refiner = refinement.Refinement(equipment, parts, jobs)
         # Meshes and cameras; nothing is heard before the executor has the node.
@@ -107,13 +108,13 @@ class PoseStatsNode(AnsweringNode):
         part_services = services.Services(
             equipment, parts, self.intake, refiner, jobs, reports, self.outlines
         )
-        self.actions = [
+        self.actions: list[goals.GoalServer[Any]] = [
             goals.SimulateDropsServer(equipment, part_services, jobs, reports),
             goals.SimulateFlipsServer(equipment, parts, self.intake, self.flip_jobs[0]),
+            cell.PlanFeedingServer(
+                equipment, parts, self.flip_jobs[1], flips, self.intake, self.outlines
+            ),
         ]
-        cell.FeedingService(
-            equipment, parts, self.flip_jobs[1], flips, self.intake, self.outlines
-        )
         cell.PlateFits(equipment, parts, self.table.use_plate)
         # Once a second: what was counted, the disk, and how the node is.
         steady_timer(self, 1.0, self._write_down)

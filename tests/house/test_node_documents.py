@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from shutil import which
 from unittest import mock
 
 import pytest
@@ -33,6 +34,7 @@ from tests.running import ROOT, answer, call
 
 PAGE = (ROOT / "docs/node.md").read_text(encoding="utf-8")
 CODE = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+INCLUDE = Path(sys.prefix, "include")
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 LINES = [
     line
@@ -67,8 +69,12 @@ def home(domain, tmp_path_factory):
     """Where the README's lines go on until Ctrl-C."""
     home = tmp_path_factory.mktemp("cell")
     answer("shapes", home / "demo")
+    folders = f"mesh_folders:=[{home / 'demo'}]"  # of the page's planner
     node = subprocess.Popen(
-        [sys.executable, "-m", "ros_pose_stats", *line_of("node")],
+        [
+            *(sys.executable, "-m", "ros_pose_stats", *line_of("node")),
+            *("--ros-args", "-p", folders),
+        ],
         cwd=home,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
@@ -112,11 +118,30 @@ def test_the_readme_s_bag_shows_the_published_part(published, home, monkeypatch)
 
 
 @pytest.mark.parametrize("code", CODE)
-def test_the_page_s_planner_runs(published, code):
+def test_the_page_s_planner_runs(published, home, code):
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
-        exec(code, {"__name__": "__main__"})
+        exec(code.replace("/cad/", f"{home}/demo/"), {"__name__": "__main__"})
     assert "clamp/0" in printed.getvalue() and "expected error" in printed.getvalue()
+    assert "PlanFeeding" not in code or "clamp: pick [" in printed.getvalue()
+
+
+@pytest.mark.skipif(
+    not (INCLUDE / "ros_pose_stats_msgs").is_dir() or which("g++") is None,
+    reason="no headers of messages, or no compiler",
+)
+def test_the_page_s_messages_compile_in_cpp(tmp_path):
+    [code] = re.findall(r"```cpp\n(.*?)```", PAGE, re.DOTALL)
+    assert len(code.splitlines()) <= 30
+    file = tmp_path / "planner.cpp"
+    file.write_text(code)
+    folders = [f"-I{path}" for path in INCLUDE.iterdir()]
+    outcome = subprocess.run(
+        ["g++", "-std=c++17", "-fsyntax-only", *folders, file],
+        capture_output=True,
+        text=True,
+    )
+    assert outcome.returncode == 0, outcome.stderr
 
 
 def test_the_page_s_table_is_what_the_node_says_of_its_parameters(client):

@@ -80,9 +80,7 @@ def a_flood_of_counts(setting: Setting) -> Outcome:
             (
                 PoseCounts(
                     part_id="counted",
-                    part_digest=statistics.part_digest,
-                    round_sides=statistics.round_sides,
-                    cluster_tolerance=statistics.cluster_tolerance,
+                    numbering=statistics.numbering,
                     index=[0],
                     count=[k],
                 )

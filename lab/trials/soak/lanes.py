@@ -191,10 +191,7 @@ def counts(life, chance):
             "pose_counts",
             PoseCounts(
                 part_id=f"part_{number}",
-                part_digest=PARTS[number].digest,
                 index=[0, 1],
-                cluster_tolerance=0.0025,
-                round_sides=192,
                 count=[3, 4],
             ),
         )
@@ -229,7 +226,6 @@ def hostile(life, chance):
                 "estimate",
                 "get_statistics",
                 "forget_part",
-                "feeding",
                 "get_drop_simulation",
                 "cancel_drop_simulation",
             )

@@ -103,7 +103,7 @@ class Ledger(Told):
         """What was counted as a result shows it; whether that is on the disk."""
         if not any(line.startswith(NOT_RECORDED) for line in statistics.warnings):
             name = statistics.part_id
-            self.shown[name] = max(self.shown[name], statistics.observed)
+            self.shown[name] = max(self.shown[name], statistics.counted_parts)
 
     def look_at_bags(self, sealed):
         """Every bag is read whole by others and has what it had; `sealed`: none is
@@ -194,11 +194,11 @@ class Ledger(Told):
                     {
                         pose.index: pose.count
                         for pose in statistics.poses
-                        if statistics.observed
+                        if statistics.counted_parts
                     }
                 )
                 good = (
-                    statistics.observed == counts.total() >= self.shown[name]
+                    statistics.counted_parts == counts.total() >= self.shown[name]
                     and acknowledged <= counts <= sent_total
                 )
                 if good or time.monotonic() > end:
@@ -206,7 +206,7 @@ class Ledger(Told):
                 time.sleep(0.05)
             if not good:
                 self.wrong.append(
-                    f"{name} (life {life}) has {statistics.observed} counts, "
+                    f"{name} (life {life}) has {statistics.counted_parts} counts, "
                     f"{dict(counts)}; the bags have {acknowledged.total()}, "
                     f"{dict(acknowledged)}; shown before were {self.shown[name]}"
                 )

@@ -145,7 +145,7 @@ def numbers_of(client):
         statistics.part_id: (
             statistics.part_digest,
             statistics.method,
-            statistics.observed,
+            statistics.counted_parts,
             statistics.drops,
             sorted(
                 (pose.index, pose.count, pose.probability) for pose in statistics.poses

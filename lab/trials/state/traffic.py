@@ -92,8 +92,8 @@ def forgotten(life, chance):
     for number in count(chance.randrange(3)):
         name = f"passing_{number % 3}"
         _taken(life, name, BOXES[2], DIGESTS[2])
-        observed = _latched(life, name).observed + _camera(life, chance, name)
-        while _latched(life, name).observed < observed:
+        observed = _latched(life, name).counted_parts + _camera(life, chance, name)
+        while _latched(life, name).counted_parts < observed:
             life.pause(0.02)
         life.told.ask(name, None)
         answer = life.ask("forget_part", part_id=name)

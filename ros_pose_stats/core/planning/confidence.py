@@ -159,8 +159,10 @@ def observe_counts(
     warning `CONFLICT`. Poses of a group share their counts unless these differ by more
     than chance, as on a plate that has a hand; then each has its own, with the same
     warning. `expected_error` and `plate_error` both are the error against
-    the plate. Without any count, the model itself. Raises RequestError if there are not
-    P counts from 0 up.
+    the plate, and `model_gap` is what lies between the prediction and the shares that
+    were counted. A gap that is neither chance nor the model's own error has the note
+    `MODEL_GAP`, unless the counts refute the model. Without any count, the model itself.
+    Raises RequestError if there are not P counts from 0 up.
     """
     poses = list(model.by_index.values())
     pose_counts = np.asarray(counts)
@@ -189,6 +191,10 @@ def observe_counts(
         expected_error=0.0 if has_plate_shares else model.expected_error,
     )
     warnings = model.warnings
+    notes = model.notes
+    gap = errors.root_mean_square(
+        np.array([pose.probability for pose in poses]) - pose_counts / total
+    )
     unequal_groups = find_unequal_groups(poses, pose_counts)
     unit = [
         -1 - pose.index if pose.group in unequal_groups else pose.group
@@ -215,6 +221,22 @@ def observe_counts(
         )
         warnings = (*warnings, conflict)
         prior = plate_prior(replace(prediction, expected_error=math.nan), unit)
+    elif not has_plate_shares:
+        model_prior = PosePrior(
+            [pose.probability for pose in poses],
+            unit,
+            model.expected_error,
+            model.restitution,
+        )
+        doubted = np.flatnonzero(model_prior.contradicted_poses(pose_counts))
+        if doubted.size:
+            extreme = describe_extreme(model_prior, pose_counts, doubted, "predicted")
+            notes = (
+                *notes,
+                f"MODEL_GAP: what the cell counted is {points(gap)} from the model "
+                "(root mean square over the poses), beyond chance and the model's own "
+                f"error, {extreme}; the answer has learnt from the counts.",
+            )
     shares = prior.update(pose_counts).shares(pose_counts)
     return with_shares(
         model,
@@ -224,8 +246,10 @@ def observe_counts(
         drops=0,
         unsettled=0,
         seed=0,
-        observed=total,
+        counted_parts=total,
+        model_gap=gap,
         warnings=warnings,
+        notes=notes,
     )
 
 
@@ -301,12 +325,19 @@ def describe_conflict(
     consequence: str,
 ) -> str:
     """Warning that counts (P,) contradict a model in some poses, and where most."""
+    return (
+        f"CONFLICT: {subject} in {text.several(refuted.size, 'pose')} "
+        f"({text.ranges(refuted.tolist())}), "
+        f"{describe_extreme(prior, counts, refuted, verb)}; {consequence}."
+    )
+
+
+def describe_extreme(prior: PosePrior, counts: Index, refuted: Index, verb: str) -> str:
+    """In which of some poses counts (P,) are farthest from a model, and how far."""
     expected = (prior.mean / prior.size)[prior.unit]
     share = counts / counts.sum()
     worst = refuted[np.argmax(np.abs(share - expected)[refuted])]
     return (
-        f"CONFLICT: {subject} in {text.several(refuted.size, 'pose')} "
-        f"({text.ranges(refuted.tolist())}), in pose {worst} most: counted "
-        f"{text.percent(share[worst])} %, {verb} {text.percent(expected[worst])} %; "
-        f"{consequence}."
+        f"in pose {worst} most: counted {text.percent(share[worst])} %, {verb} "
+        f"{text.percent(expected[worst])} %"
     )

@@ -52,7 +52,7 @@ class FeederCell:
         Sides of the area over which the centres of the parts spread, metres.
     clearance : float
         Room that the gripper needs around a part's silhouette, metres.
-    cycle_time, pick_time, camera_time, drop_time : float
+    cycle_seconds, pick_seconds, look_seconds, drop_seconds : float
         Seconds of a kick, of a picked part, of a picture, and until dropped parts lie
         still.
     """
@@ -60,14 +60,14 @@ class FeederCell:
     rate: float
     plate: tuple[float, float]
     clearance: float = 0.0
-    cycle_time: float = 1.0
-    pick_time: float = 1.0
-    camera_time: float = 0.2
-    drop_time: float = 0.5
+    cycle_seconds: float = 1.0
+    pick_seconds: float = 1.0
+    look_seconds: float = 0.2
+    drop_seconds: float = 0.5
 
     def check(self) -> None:
         """Raise RequestError if a number is out of its range."""
-        feeding.check_rate(scene.real_number("rate", self.rate), self.cycle_time)
+        feeding.check_rate(scene.real_number("rate", self.rate), self.cycle_seconds)
         if np.shape(self.plate) != (2,) or not all(
             0.0 < scene.real_number("plate", side) < MOST_SIDE for side in self.plate
         ):
@@ -99,7 +99,7 @@ class KickPlan(NamedTuple):
     per_minute: (
         feeding.Bounded
     )  # parts picked; its interval has the plate's error in it
-    feeder_speed: str = ""  # of a kick whose flips were counted in the cell
+    feeder_setting: str = ""  # of a kick whose flips were counted in the cell
 
 
 @dataclass(frozen=True)
@@ -193,7 +193,7 @@ def plan_feeding(
         pick_mask,
         shares,
         poses,
-        0.0 if dropped.observed else dropped.plate_error,
+        0.0 if dropped.counted_parts else dropped.plate_error,
         blocking,
     )
     kicks = [None, *sorted(flips, key=lambda kick: kick.kick_height)]
@@ -284,7 +284,7 @@ class Plate:
             int(kicks),
             float(picks[row, 0]),
             rate,
-            "" if kick is None else kick.feeder_speed,
+            "" if kick is None else kick.feeder_setting,
         )
 
     def _rates(self, parts: Index, picks: Array) -> Array:
@@ -294,10 +294,10 @@ class Plate:
         total = picks.cumsum(axis=1)
         refilled = parts[:, None] + total - picks
         seconds = (
-            (kicks + 1.0) * (cell.drop_time + cell.camera_time)
-            + kicks * cell.cycle_time
+            (kicks + 1.0) * (cell.drop_seconds + cell.look_seconds)
+            + kicks * cell.cycle_seconds
             + 60.0 / cell.rate * refilled
-            + cell.pick_time * total
+            + cell.pick_seconds * total
         )
         return np.asarray(60.0 * total / seconds)
 
@@ -344,7 +344,7 @@ class Plate:
         ):
             drops = (
                 flips
-                if kick.observed
+                if kick.counted_flips
                 else self.equivalent_drops(row, flips, FLIPS_ERROR)
             )
             variance += mean_variance(row, values, drops)
@@ -369,15 +369,19 @@ class Plate:
         room = self.fill(dropped_shares)
         pick_chance = self.pick_mask * room.free_probability(np.array([parts]))[0]
         miss_chance = 1.0 - pick_chance
-        kick_seconds = (cell.cycle_time + cell.drop_time + cell.camera_time) / parts
-        drop_seconds = 60.0 / cell.rate + (cell.drop_time + cell.camera_time) / parts
+        kick_seconds = (
+            cell.cycle_seconds + cell.drop_seconds + cell.look_seconds
+        ) / parts
+        drop_seconds = (
+            60.0 / cell.rate + (cell.drop_seconds + cell.look_seconds) / parts
+        )
         flips = np.zeros(pick_chance.size, dtype=np.bool_)
         while True:
             next_shares = np.where(flips[:, None], transition, dropped_shares)
             step_seconds = np.where(flips, kick_seconds, drop_seconds)
             seconds = np.linalg.solve(
                 np.eye(pick_chance.size) - next_shares * miss_chance[:, None],
-                pick_chance * cell.pick_time + miss_chance * step_seconds,
+                pick_chance * cell.pick_seconds + miss_chance * step_seconds,
             )
             by_kick = kick_seconds + transition @ seconds
             by_drop = drop_seconds + dropped_shares @ seconds

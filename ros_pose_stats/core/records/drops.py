@@ -202,9 +202,9 @@ class FlipStatistics:
     seconds : float
     warnings, notes : tuple of str
     version : str
-    feeder_speed : str
+    feeder_setting : str
         Name of a setting of the cell's feeder whose flips are among them; empty: none.
-    observed : int
+    counted_flips : int
         Flips that were counted at that setting.
     """
 
@@ -226,8 +226,8 @@ class FlipStatistics:
     warnings: tuple[str, ...]
     version: str
     notes: tuple[str, ...] = ()
-    feeder_speed: str = ""
-    observed: int = 0
+    feeder_setting: str = ""
+    counted_flips: int = 0
 
     @property
     def flips(self) -> int:
@@ -236,7 +236,7 @@ class FlipStatistics:
 
     def as_dict(self) -> dict[str, Any]:
         """The flips as plain values, in the words of the JSON contract."""
-        of_speed = ("feeder_speed", "observed") if self.feeder_speed else ()
+        of_setting = ("feeder_setting", "counted_flips") if self.feeder_setting else ()
         return with_units(
             {
                 name: getattr(self, name)
@@ -252,7 +252,7 @@ class FlipStatistics:
                     "seed",
                     "seconds",
                     "version",
-                    *of_speed,
+                    *of_setting,
                     "warnings",
                     "notes",
                     "counts",

@@ -1,6 +1,8 @@
 """The scene that a part is dropped into."""
 
+import hashlib
 import math
+import struct
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from numbers import Integral, Real
@@ -38,6 +40,11 @@ have the same drops."""
 DEFAULT_PLATE_ERROR = 0.05  # of a plate that nobody has counted on
 
 
+NUMBERING_RULES = 1
+"""Version of the rules that number poses: one more where a change of them lets an index
+of any part stand for another pose."""
+
+
 class Numbering(NamedTuple):
     """What numbers a part's poses: an index is one pose where it and digest agree."""
 
@@ -50,6 +57,17 @@ class Numbering(NamedTuple):
         tolerance = self.cluster_tolerance
         digits = "unknown" if math.isnan(tolerance) else f"{tolerance:.12g}"
         return f"cluster_tolerance {digits} and round_sides {self.round_sides}"
+
+    def code(self, digest: str) -> int:
+        """64 bits that stand for it, a part's digest and the rules; 0 for none.
+
+        The first eight bytes, little-endian, of the SHA-256 of the digest's characters,
+        the tolerance as float64, the sides and the rules as uint32, little-endian all.
+        """
+        values = struct.pack("<dII", *self, NUMBERING_RULES)
+        return int.from_bytes(
+            hashlib.sha256(digest.encode() + values).digest()[:8], "little"
+        )
 
     def agrees(self, other: "Numbering") -> bool:
         """Whether both are known and equal."""

@@ -15,7 +15,7 @@ from ...base.text import Column, several
 from .part import Array, Part
 from .plain_values import with_units
 from .poses import PoseGroup, StablePose, single_poses
-from .scene import DEFAULT_PLATE_ERROR, SCENE_FIELDS, describe_scene
+from .scene import DEFAULT_PLATE_ERROR, SCENE_FIELDS, Numbering, describe_scene
 
 FORGOTTEN = "FORGOTTEN: "
 """Begins the warning of statistics without poses: their part is not known any more."""
@@ -32,7 +32,8 @@ STATISTICS_FIELDS = (
     "drops",
     "unsettled",
     "seed",
-    "observed",
+    "counted_parts",
+    "model_gap",
     "expected_error",
     "largest_error",
     "plate_error",
@@ -87,9 +88,12 @@ class PoseStatistics:
     round_sides : int
         Sides a turn of the polygons that round surfaces are taken as; 0: as in the
         file.
-    observed : int
+    counted_parts : int
         Parts counted by cameras that the probabilities have learnt from; `count` of the
         poses are theirs then.
+    model_gap : float
+        Root mean square over the poses between the probabilities of the model and the
+        shares that were counted, 0 to 1; NaN where nothing was counted.
     choice : str
         Why this method was chosen, in one sentence; empty where the caller chose it.
     bodies : int
@@ -121,7 +125,8 @@ class PoseStatistics:
     version: str = ""
     choice: str = ""
     round_sides: int = 0
-    observed: int = 0
+    counted_parts: int = 0
+    model_gap: float = math.nan
     unit: float = 0.0
     unit_guessed: bool = False
     bodies: int = 0
@@ -131,9 +136,26 @@ class PoseStatistics:
         """How high the part was released, onto what, and how bouncy, as a sentence."""
         return describe_scene(self.restitution, self.drop_height)
 
+    @property
+    def numbering(self) -> int:
+        """Under which number the poses have their `index`: 64 bits, equal for equal.
+
+        See `Numbering.code`.
+        """
+        numbering = Numbering(self.cluster_tolerance, self.round_sides)
+        return numbering.code(self.part_digest)
+
     def as_dict(self) -> dict[str, Any]:
         """The statistics as plain values under the keys of the JSON contract."""
-        fields = (*STATISTICS_FIELDS, "seconds", "choice", "scene", "warnings", "notes")
+        fields = (
+            *STATISTICS_FIELDS,
+            "numbering",
+            "seconds",
+            "choice",
+            "scene",
+            "warnings",
+            "notes",
+        )
         return with_units(
             {
                 **{name: getattr(self, name) for name in fields},

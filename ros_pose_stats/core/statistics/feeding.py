@@ -227,9 +227,9 @@ hundred."""
 
 
 def learn_flips(
-    kicks: Sequence[FlipStatistics], counts: ArrayLike, feeder_speed: str = ""
+    kicks: Sequence[FlipStatistics], counts: ArrayLike, feeder_setting: str = ""
 ) -> FlipStatistics:
-    """Combine flips that were counted at one speed of a feeder with those of the model.
+    """Combine flips that were counted at one setting of a feeder with those of the model.
 
     The kick height is that of the model's kicks which explains the counts best. Each
     row is a Dirichlet about that kick's row, which stands for as many flips as agrees
@@ -242,14 +242,14 @@ def learn_flips(
         Of the model, of one part and scene with its poses, at least one.
     counts : (K, K) array of int
         Row i: flips out of pose i, by the pose in which they ended; 0 or more.
-    feeder_speed : str
-        Name of the speed.
+    feeder_setting : str
+        Name of the setting.
 
     Returns
     -------
     FlipStatistics
         `transition` has the means, `standard_error` theirs, and `counts` the flips as
-        which each row is known, those of the model included; `observed` is the number
+        which each row is known, those of the model included; `counted_flips` is the number
         counted.
 
     Raises
@@ -304,8 +304,8 @@ def learn_flips(
         transition=transition,
         unsettled=np.zeros_like(kicks[best].unsettled),
         standard_error=member @ group_errors @ member.T * share_in_group,
-        feeder_speed=feeder_speed,
-        observed=int(flip_counts.sum()),
+        feeder_setting=feeder_setting,
+        counted_flips=int(flip_counts.sum()),
     )
 
 

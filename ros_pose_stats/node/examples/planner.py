@@ -1,4 +1,4 @@
-"""A planner: asks `~/feeding` what to do with a part, then looks, picks and flips.
+"""A planner: has `~/plan_feeding` plan for a part, then looks, picks and flips.
 
 ros2 run ros_pose_stats example_planner --ros-args \
     -p file:=clamp.stl -p unit:=mm -p wanted:="[0]"
@@ -9,28 +9,29 @@ from array import array
 from typing import Any
 
 import rclpy
+from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from ros_pose_stats_msgs.msg import ObservedParts, PartMesh, PoseStatistics
-from ros_pose_stats_msgs.srv import FeedingAnswer
+from ros_pose_stats_msgs.action import PlanFeeding
+from ros_pose_stats_msgs.msg import ObservedParts, PartList, PartMesh
 
 from ros_pose_stats import classify_orientations, load_part
 
-# As in FeedingAnswer.
+# As in PlanFeeding.
 FEEDER = {
-    "rate": 60.0,
-    "cycle_time": 0.5,
+    "dropped_per_minute": 60.0,
+    "cycle_seconds": 0.5,
     "plate_length": 0.3,
     "plate_width": 0.2,
     "clearance": 0.0,
-    "feeder_speed": "",
+    "feeder_setting": "",
 }
-LATCHED = QoSProfile(depth=256, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class ExamplePlanner(Node):
-    """Asks again whenever the node knows more; robot and plate are lines of a log."""
+    """Plans again whenever the node knows more; robot and plate are lines of a log."""
 
     def __init__(self) -> None:
         super().__init__("example_planner")
@@ -48,7 +49,7 @@ class ExamplePlanner(Node):
             raise ValueError(
                 f"expected -p unit:=mm, m, inch or cm, since {file} names none"
             )
-        self.question = FeedingAnswer.Request(
+        self.question = PlanFeeding.Goal(
             part_id=part.part_id,
             wanted=wanted_poses,
             **{
@@ -56,13 +57,12 @@ class ExamplePlanner(Node):
                 for name, value in FEEDER.items()
             },
         )
+        self.revision = 0  # of the result that the last plan was asked for
         self.plan: Any = None
         self.decided = ""
         self.kicks = 0
-        self.feeding = self.create_client(FeedingAnswer, "pose_stats/feeding")
-        self.create_subscription(
-            PoseStatistics, "pose_stats/pose_statistics", self.ask, LATCHED
-        )
+        self.planning = ActionClient(self, PlanFeeding, "pose_stats/plan_feeding")
+        self.create_subscription(PartList, "pose_stats/parts", self.ask, LATCHED)
         self.create_subscription(
             ObservedParts, "pose_stats/observed_parts", self.look, 10
         )
@@ -75,14 +75,22 @@ class ExamplePlanner(Node):
             )
         )
 
-    def ask(self, result: Any) -> None:
-        """Ask what to do: of an estimate at first, then of what cameras saw."""
-        if result.part_id == self.part.part_id and result.poses:
-            self.feeding.call_async(self.question).add_done_callback(self.decide)
+    def ask(self, message: Any) -> None:
+        """Plan by what is new: by an estimate at first, then by what cameras saw."""
+        for part in message.parts:
+            if part.part_id == self.part.part_id and part.revision != self.revision:
+                self.revision = part.revision
+                self.planning.wait_for_server()
+                accepted = self.planning.send_goal_async(self.question)
+                accepted.add_done_callback(self.await_plan)
 
-    def decide(self, answered: Any) -> None:
+    def await_plan(self, accepted: Any) -> None:
+        """Decide once the plan is there; the node accepts every goal."""
+        accepted.result().get_result_async().add_done_callback(self.decide)
+
+    def decide(self, planned: Any) -> None:
         """Take a plan, and print it where it is another one."""
-        plan = answered.result()
+        plan = planned.result().result
         if not plan.success:
             self.get_logger().warning(plan.message)
             return

@@ -256,11 +256,9 @@ def job_health(jobs: Jobs, settings: Any) -> Health:
     )
 
 
-def flip_health(goals: Jobs, answers: Jobs) -> Health:
-    """The line about flips, those of goals and of answers of ~/feeding."""
-    running = [
-        job for job in (goals.running_job, answers.running_job) if job is not None
-    ]
+def flip_health(goals: Jobs, plans: Jobs) -> Health:
+    """The line about flips, those of goals and those of plans."""
+    running = [job for job in (goals.running_job, plans.running_job) if job is not None]
     lines = [
         f"{job.job_id}: {job.drops_done} flips of '{job.part_id}'" for job in running
     ]
@@ -269,7 +267,7 @@ def flip_health(goals: Jobs, answers: Jobs) -> Health:
         "; ".join(lines) or "idle",
         {
             "goals queued": goals.count_waiting()[0],
-            "answers queued": answers.count_waiting()[0],
+            "plans queued": plans.count_waiting()[0],
             "running": ", ".join(job.job_id for job in running),
         },
     )

@@ -257,9 +257,9 @@ def flip_key(digest: str, scene: DropScene, kick_height: float) -> FlipKey:
 class FlipReports(JobListener):
     """Remembers flips up to a bound; a seed gives them again, so none is recorded."""
 
-    def __init__(self) -> None:
-        # those with the most flips of a key
-        self.counted: Memory[FlipKey, FlipStatistics] = Memory(
+    def __init__(self, counted: Memory[FlipKey, FlipStatistics] | None = None) -> None:
+        # those with the most flips of a key, which several queues may share
+        self.counted = counted or Memory(
             REMEMBERED, lambda statistics: statistics.counts.size
         )
 

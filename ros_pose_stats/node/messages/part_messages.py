@@ -36,10 +36,11 @@ class ObservedArrays(NamedTuple):
     stamp: int  # nanoseconds
     frame_id: str
     part_id: str
+    numbering: int  # 0: as the present result
     poses: NDArray[np.float64]  # (n, 7); position, and orientation x y z w
     confidence: NDArray[np.float64]  # (m,)
     from_pose: int  # -1: fresh landings
-    feeder_speed: str
+    feeder_setting: str
 
 
 class _Cursor:
@@ -96,10 +97,11 @@ def _read_observed_parts(data: bytes) -> ObservedArrays:
         stamp=cursor.stamp(),
         frame_id=cursor.text(),
         part_id=cursor.text(),
+        numbering=int(cursor.array(1, "<u8")[0]),
         poses=cursor.array(7 * cursor.count(), "<f8").reshape(-1, 7),
         confidence=cursor.array(cursor.count(), "<f8"),
         from_pose=int(cursor.array(1, "<i4")[0]),
-        feeder_speed=cursor.text(),
+        feeder_setting=cursor.text(),
     )
     cursor.end()
     return observed

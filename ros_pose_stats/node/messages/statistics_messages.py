@@ -34,6 +34,7 @@ def statistics_message(
     for name, value in labels.items():
         setattr(message, name, value)
     message.scene = statistics.scene
+    message.numbering = statistics.numbering
     seconds = max(0.0, statistics.seconds)  # 0 for NaN
     message.compute_time = Duration(seconds=seconds).to_msg()
     message.poses = [

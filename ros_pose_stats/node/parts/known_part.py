@@ -310,7 +310,7 @@ class KnownPart:
             if latched is None or not self.is_current:
                 return
             counted = self.counts.parts_counted_for(latched.model)
-            if counted not in (0, latched.message.observed):
+            if counted not in (0, latched.message.counted_parts):
                 self._latch(latched.model, latched.scene)
             elif not latched.is_recorded and self.channel.recorded_at > -math.inf:
                 latched.is_recorded = True
@@ -362,7 +362,7 @@ class KnownPart:
             channel.newest_revision = max(channel.newest_revision, message.revision)
             channel.latched_revision = channel.newest_revision
             is_observed = message.method == methods.OBSERVED
-            observed = message.observed if is_observed else 0
+            observed = message.counted_parts if is_observed else 0
             if self.counts.parts_counted_for(model) != observed or (
                 is_observed and message.header.frame_id != settings.plate_frame
             ):
@@ -379,12 +379,12 @@ class KnownPart:
         The lock is held since the two were compared.
         """
         assert self.latched is not None
-        return self.counts.add(message, len(self.latched.message.poses))
+        return self.counts.add(message, self.latched.message)
 
-    def find_flips(self, message: PoseStatistics, speed: str) -> Index:
-        """Flips (K, K) counted at a speed on a result's ground, or NotFoundError."""
+    def find_flips(self, message: PoseStatistics, setting: str) -> Index:
+        """Flips (K, K) counted at a setting on a result's ground; or NotFoundError."""
         with self.lock:
-            flips = self.counts.flips_at(message, speed)
+            flips = self.counts.flips_at(message, setting)
         self.counts.commit()
         return flips
 

@@ -73,7 +73,7 @@ class Tally:
         self.evidence: Array | None = None
         # parts (P,) seen in each pose, by `index`; each sum is a new array
         self.total = total
-        # by the feeder's speed, and by the pose before and after
+        # by the feeder's setting, and by the pose before and after
         self.flips: dict[str, Counter[tuple[int, int]]] = {}
         self._recent: deque[Index] = deque()
         self._recent_parts = 0
@@ -89,7 +89,7 @@ class Tally:
         if not parts:
             return 0
         if message.from_pose >= 0:
-            flips = self.flips.setdefault(message.feeder_speed, Counter())
+            flips = self.flips.setdefault(message.feeder_setting, Counter())
             for index in np.flatnonzero(counts).tolist():
                 flips[message.from_pose, index] += int(counts[index])
             return parts
@@ -162,14 +162,18 @@ class PartCounts:
         row = self._state.get("flips", self._part_id)
         if row is None or row[1] != series:
             return
-        for speed, flips in json.loads(row[2]).items():
-            self.tally.flips[speed] = Counter(
+        for setting, flips in json.loads(row[2]).items():
+            self.tally.flips[setting] = Counter(
                 {(start, end): count for start, end, count in flips}
             )
 
-    def add(self, message: PoseCounts, poses: int) -> bool:
-        """Learn what a camera counted on this plate; false for what came before."""
-        ground = self._ground_of(message)
+    def add(self, message: PoseCounts, result: PoseStatistics) -> bool:
+        """Learn what a camera counted of a result on this plate.
+
+        False for what came before.
+        """
+        ground = self._ground_of(result)
+        poses = len(result.poses)
         tally = self._tally_on(ground, poses)
         if tally is None:
             tally = Tally(ground, np.zeros(poses, np.int64), time.time_ns())
@@ -206,11 +210,11 @@ class PartCounts:
         )
 
     def _change_of_flips(self, tally: Tally) -> Change:
-        speeds = {
-            speed: [(start, end, count) for (start, end), count in flips.items()]
-            for speed, flips in tally.flips.items()
+        settings = {
+            setting: [(start, end, count) for (start, end), count in flips.items()]
+            for setting, flips in tally.flips.items()
         }
-        row = (self._part_id, tally.series, json.dumps(speeds))
+        row = (self._part_id, tally.series, json.dumps(settings))
         return Change("flips", self._part_id, row)
 
     def removal(self) -> list[Change]:
@@ -240,8 +244,8 @@ class PartCounts:
         has_pose = pose_of >= 0
         moved_tally = Tally(tally.ground, np.zeros(poses, np.int64), tally.series)
         np.add.at(moved_tally.total, pose_of[has_pose], tally.total[has_pose])
-        for speed, flips in tally.flips.items():
-            moved_flips = moved_tally.flips.setdefault(speed, Counter())
+        for setting, flips in tally.flips.items():
+            moved_flips = moved_tally.flips.setdefault(setting, Counter())
             for (start, end), count in flips.items():
                 if has_pose[start] and has_pose[end]:
                     moved_flips[int(pose_of[start]), int(pose_of[end])] += count
@@ -287,22 +291,22 @@ class PartCounts:
         is_face = cosine.max(axis=1) > 1.0 - SAME_DOWN
         return np.where(is_face, resting.pose_of_face[cosine.argmax(axis=1)], -1)
 
-    def flips_at(self, message: PoseStatistics, speed: str) -> Index:
-        """Flips (K, K) counted at a speed on a result's ground, or NotFoundError."""
+    def flips_at(self, message: PoseStatistics, setting: str) -> Index:
+        """Flips (K, K) counted at a setting on a result's ground; or NotFoundError."""
         tally = self.tally
         flips = {}
         if tally is not None and tally.ground == self._ground_of(message):
             flips = tally.flips
-        if tally is None or speed not in flips:
-            speeds = [part_requests.quote_text(name) for name in sorted(flips)]
+        if tally is None or setting not in flips:
+            settings = [part_requests.quote_text(name) for name in sorted(flips)]
             raise NotFoundError(
-                "a feeder_speed whose flips were counted",
-                f"{part_requests.quote_text(speed)}; there is "
-                f"{text.listed(speeds or ['none'])}",
-                "publish ~/pose_counts with from_pose and feeder_speed",
+                "a feeder_setting whose flips were counted",
+                f"{part_requests.quote_text(setting)}; there is "
+                f"{text.listed(settings or ['none'])}",
+                "publish ~/pose_counts with from_pose and feeder_setting",
             )
         counts = np.zeros((tally.total.size, tally.total.size), np.int64)
-        for start_and_end, count in flips[speed].items():
+        for start_and_end, count in flips[setting].items():
             counts[start_and_end] = count
         return counts
 
@@ -370,5 +374,5 @@ class PartCounts:
             tally.evidence = evidence
         return evidence
 
-    def _ground_of(self, message: PoseCounts | PoseStatistics) -> Ground:
+    def _ground_of(self, message: PoseStatistics) -> Ground:
         return Ground(numbering_of(message), self._settings().plate)

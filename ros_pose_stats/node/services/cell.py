@@ -1,17 +1,20 @@
-"""What a cell asks: what a feeder is to do, `~/feeding`, and on what, `~/fit_plate`."""
+"""What a cell asks: `~/plan_feeding`, for its feeder, and `~/fit_plate`."""
 
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable, Generator, Iterable
-from concurrent.futures import Future
-from dataclasses import replace
+from concurrent.futures import Future, InvalidStateError
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ros_pose_stats_msgs import msg
-from ros_pose_stats_msgs.srv import FeedingAnswer, FitPlate
+from ros_pose_stats_msgs.action import PlanFeeding
+from ros_pose_stats_msgs.srv import FitPlate
 
 from ...base.errors import RequestError
 from ...base.text import several
@@ -19,18 +22,24 @@ from ...core.planning.feeding_plan import FeederCell, FeedingPlan, plan_feeding
 from ...core.records import FlipStatistics
 from ...core.simulation.flips import check_kick, usual_kicks
 from ...core.statistics import feeding, pose_groups
-from ..answering_node import Steps
+from ..answering_node import Steps, answer_request
 from ..equipment import Equipment
-from ..jobs import FlipRequest, Jobs, State, run
-from ..lanes import Lane, Rank, finished_future
+from ..jobs import FlipRequest, Job, Jobs, State, run
+from ..lanes import Lane, Rank, finished_future, result_or_refusal
 from ..memory import Memory
 from ..messages import part_messages, part_requests
-from ..messages.codes import BusyError, NotFoundError, refusal_at_end
+from ..messages.codes import (
+    BusyError,
+    NotDoneError,
+    NotFoundError,
+    refusal_at_end,
+)
 from ..messages.statistics_messages import fill_bounds, statistics_of_message
 from ..parts import intake, part_builder
 from ..parts.known_part import KnownPart, LatchedResult
 from ..parts.part_counts import Tally
 from ..parts.registry import PartRegistry
+from .goals import GoalServer
 
 if TYPE_CHECKING:
     from ...core.plates import PlateFit
@@ -41,9 +50,46 @@ SEED = 1  # of the flips of an answer: the same question has the same answer
 MAX_KICKS = 100
 MAX_FINISHED_KICKS = 10_000  # parts, scenes and kicks that answers have flipped for
 
+T = TypeVar("T")
 
-class FeedingService:
-    """Answers from flips of its own jobs, or of goals if they suffice, or from none."""
+
+@dataclass(eq=False)
+class Plan:
+    """A question of a feeder on its way to an answer."""
+
+    result: Any = field(default_factory=PlanFeeding.Result)
+    state: State = State.RUNNING
+    message: str = ""  # how it ended, and the code of that
+    code: int = msg.Code.OK
+    finished: Future[None] = field(default_factory=Future)
+    cancelled: Future[None] = field(default_factory=Future)
+    job: Job | None = None  # whose flips it waits for
+    kick_heights_done: int = 0
+    kick_heights_total: int = 0
+
+    @property
+    def drops_done(self) -> int:
+        """Flips of the job that it waits for."""
+        return 0 if self.job is None else self.job.drops_done
+
+    def wait(self, future: Future[T]) -> Generator[Future[Any], Any, T]:
+        """Wait for a result, unless the plan is cancelled; raises PoseStatsError."""
+        first: Future[None] = Future()
+
+        def end(_: Future[Any]) -> None:
+            with suppress(InvalidStateError):  # the other one was first
+                first.set_result(None)
+
+        future.add_done_callback(end)
+        self.cancelled.add_done_callback(end)
+        yield first
+        if self.cancelled.done():
+            raise NotDoneError("a plan that goes on", self.message, "ask again")
+        return result_or_refusal(future)
+
+
+class PlanFeedingServer(GoalServer[Plan]):
+    """Plans from flips of its own jobs, or of goals if they suffice, or from none."""
 
     def __init__(
         self,
@@ -61,9 +107,75 @@ class FeedingService:
         self._jobs = jobs
         self._reports = reports
         self._finished_kicks: Memory[run.FlipKey, bool] = Memory(MAX_FINISHED_KICKS)
-        equipment.node.serve(FeedingAnswer, "~/feeding", self.answer)
+        self._plans: set[Plan] = set()  # that go on
+        # of those, and of which waits for which job; a cancel finishes plans at once
+        self._plans_lock = threading.RLock()
+        jobs.listener.follow = self._follow_flips
+        super().__init__(equipment.node, PlanFeeding, "plan_feeding")
 
-    def answer(self, request: Any, response: Any) -> Steps:
+    def begin(self, request: Any) -> Plan:
+        """Begin a plan; one that is refused has ended."""
+        plan = Plan()
+        with self._plans_lock:
+            self._plans.add(plan)
+        answer = answer_request(
+            lambda request, result: self._answer(request, result, plan),
+            self._node.get_logger().error,
+            request,
+            plan.result,
+        )
+        answer.add_done_callback(lambda _: self._finish(plan))
+        return plan
+
+    def _finish(self, plan: Plan) -> None:
+        """Have its goal told how a plan ended."""
+        with self._plans_lock:
+            self._plans.discard(plan)
+        if plan.cancelled.done():
+            plan.state = State.CANCELLED
+            plan.code = msg.Code.CANCELLED
+        else:
+            plan.state = State.DONE if plan.result.success else State.FAILED
+            plan.code = plan.result.code
+            plan.message = plan.result.message
+        plan.result.message = ""
+        plan.finished.set_result(None)
+
+    def cancel(self, work: Plan, reason: str) -> None:
+        """Let a plan go, and its flips where no other plan waits for them."""
+        if work.state.ended:
+            return
+        with self._plans_lock:
+            self._plans.discard(work)
+            work.message = reason
+            with suppress(InvalidStateError):  # it was cancelled before
+                work.cancelled.set_result(None)
+            job = work.job
+            if job is not None and not any(plan.job is job for plan in self._plans):
+                self._jobs.cancel(job.job_id, reason)
+
+    def _follow_flips(self, job: Job) -> None:
+        """Show the plans that wait for a job how far it is."""
+        with self._plans_lock:
+            plans = [plan for plan in self._plans if plan.job is job]
+        for plan in plans:
+            self.follow(plan)
+
+    def feedback(self, work: Plan) -> Any:
+        """How far the flips are."""
+        job = work.job
+        return PlanFeeding.Feedback(
+            kick_heights_done=work.kick_heights_done,
+            kick_heights_total=work.kick_heights_total,
+            flips_done=0 if job is None else job.drops_done,
+            flips_total=0 if job is None else job.flips_total,
+        )
+
+    def result(self, work: Plan) -> Any:
+        """The plan, as far as there is one."""
+        return work.result
+
+    def _answer(self, request: Any, response: Any, plan: Plan) -> Steps:
         """What to do and what a feeder gets, from the result that is latched now."""
         part = self._parts.require(request.part_id)
         settings = self._settings()
@@ -77,41 +189,43 @@ class FeedingService:
         message = latched.message
         kick = settings.kick(request.kick_height)
         feeding.check_wanted_poses(request.wanted, len(message.poses))
-        feeding.check_rate(request.rate, request.cycle_time)
+        feeding.check_rate(request.dropped_per_minute, request.cycle_seconds)
         cell = _feeder_cell(request)
         counted_flips = None
-        if request.feeder_speed:
-            counted_flips = part.find_flips(message, request.feeder_speed)
+        if request.feeder_setting:
+            counted_flips = part.find_flips(message, request.feeder_setting)
         heights = [kick] if kick else []
         if not kick and (cell is not None or counted_flips is not None):
             heights = list(request.kick_heights or usual_kicks(message.radius))
-        flips = yield from self._flip(part, latched, heights, response)
+        flips = yield from self._flip(part, latched, heights, plan)
         if not response.success:
             return
-
         statistics = statistics_of_message(message)
         basis = _describe_basis(message, flips)
         if counted_flips is not None:
             poses = tuple(statistics.by_index.values())
             kicks = [replace(kick, poses=poses) for kick in flips]
-            flips = [feeding.learn_flips(kicks, counted_flips, request.feeder_speed)]
-            basis += f" and {flips[0].observed} seen"
+            flips = [feeding.learn_flips(kicks, counted_flips, request.feeder_setting)]
+            basis += f" and {flips[0].counted_flips} seen"
         chosen_flips = flips[0] if flips else None
         if cell is not None:
-            geometry = (yield self._intake.build_known(part)).geometry
-            plan = yield self._outlines.put(
-                geometry,
-                "a plan",
-                plan_feeding,
-                statistics,
-                list(request.wanted),
-                cell,
-                flips,
-                geometry,
+            built_part = yield from plan.wait(self._intake.build_known(part))
+            geometry = built_part.geometry
+            feeding_plan = yield from plan.wait(
+                self._outlines.put(
+                    geometry,
+                    "a plan",
+                    plan_feeding,
+                    statistics,
+                    list(request.wanted),
+                    cell,
+                    flips,
+                    geometry,
+                )
             )
-            _fill_in_plan(response, plan)
+            _fill_in_plan(response, feeding_plan)
             # Its options are: without kicks, then one for each kick, by height.
-            option_index = plan.options.index(plan.best)
+            option_index = feeding_plan.options.index(feeding_plan.best)
             chosen_flips = flips[option_index - 1] if option_index else None
         shares = pose_groups.pose_shares(statistics)
         _fill_in_gain(request, response, shares, chosen_flips)
@@ -129,11 +243,11 @@ class FeedingService:
         part: KnownPart,
         latched: LatchedResult,
         heights: list[float],
-        response: Any,
+        plan: Plan,
     ) -> Generator[Future[Any], Any, list[FlipStatistics]]:
-        """Flips at each height, by height; a job that fails makes the answer a refusal.
+        """Flips at each height, by height; those of earlier jobs serve if enough.
 
-        Those of earlier jobs serve if they are enough.
+        A job that fails makes the plan's result a refusal.
         """
         if len(heights) > MAX_KICKS:
             raise RequestError(
@@ -142,7 +256,9 @@ class FeedingService:
         settings = self._settings()
         flips: list[FlipStatistics] = []
         has_room = False
-        for height in sorted({check_kick(height) for height in heights}):
+        kicks = sorted({check_kick(height) for height in heights})
+        plan.kick_heights_total = len(kicks)
+        for height in kicks:
             key = run.flip_key(part.digest, latched.scene, height)
             flips_at_height = self._reports.counted.get(key)
             flips_needed = run.flips_in_all(len(latched.message.poses), 0, settings)
@@ -160,21 +276,23 @@ class FeedingService:
                     min(FLIP_SECONDS / len(heights), settings.max_job_seconds),
                     kick_height=height,
                 )
-                job = self._jobs.submit(
-                    request, finished_future(part), settings, has_room=has_room
-                )
+                with self._plans_lock:
+                    job = plan.job = self._jobs.submit(
+                        request, finished_future(part), settings, has_room=has_room
+                    )
                 has_room = True
-                yield job.finished
-                if job.state is State.CANCELLED:  # nobody but the node itself cancels
+                yield from plan.wait(job.finished)
+                if job.state is State.CANCELLED:  # no other plan cancels it
                     raise refusal_at_end()
                 flips_at_height = job.flips
                 if flips_at_height is None:
-                    response.success = False
-                    response.code = job.code
-                    response.message = job.message
+                    plan.result.success = False
+                    plan.result.code = job.code
+                    plan.result.message = job.message
                     break
                 self._finished_kicks.put(key, True)
             flips.append(flips_at_height)
+            plan.kick_heights_done += 1
         return flips
 
 
@@ -183,13 +301,13 @@ def _feeder_cell(request: Any) -> FeederCell | None:
     if request.plate_length == 0.0 and request.plate_width == 0.0:
         return None
     cell = FeederCell(
-        request.rate,
+        request.dropped_per_minute,
         (request.plate_length, request.plate_width),
         request.clearance,
-        request.cycle_time,
-        request.pick_time,
-        request.look_time,
-        request.drop_time,
+        request.cycle_seconds,
+        request.pick_seconds,
+        request.look_seconds,
+        request.drop_seconds,
     )
     cell.check()
     return cell
@@ -198,8 +316,8 @@ def _feeder_cell(request: Any) -> FeederCell | None:
 def _describe_basis(message: msg.PoseStatistics, flips: list[FlipStatistics]) -> str:
     """What an answer is from."""
     basis = f"{message.drops} drops" if message.drops else "an estimate"
-    if message.observed:
-        basis = f"{message.observed} parts seen"
+    if message.counted_parts:
+        basis = f"{message.counted_parts} parts seen"
     basis = f"From {basis} ({message.method})"
     if flips:
         basis += f" and {sum(kick.flips for kick in flips)} flips"
@@ -224,14 +342,14 @@ def _fill_in_gain(
 ) -> None:
     """Fill in what a feeder gets that kicks wrong parts, or drops them afresh."""
     if flips is None:
-        gain = feeding.drop_afresh(shares, request.wanted, request.rate)
+        gain = feeding.drop_afresh(shares, request.wanted, request.dropped_per_minute)
     else:
         gain = feeding.flip_wrong_poses(
             shares,
             flips.effective_counts,
             request.wanted,
-            request.rate,
-            request.cycle_time,
+            request.dropped_per_minute,
+            request.cycle_seconds,
         )
         response.transition = part_messages.pack_array(flips.transition)
         response.kick_height = flips.kick_height

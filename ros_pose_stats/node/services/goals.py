@@ -1,11 +1,12 @@
-"""The actions `~/simulate_drops` and `~/simulate_flips`: goals that are jobs."""
+"""Goals of actions, and those that are jobs: `simulate_drops`, `simulate_flips`."""
 
 import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from concurrent.futures import Future
 from contextlib import suppress
-from typing import Any
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse, server
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -31,6 +32,28 @@ MAX_PENDING = 1000
 RESULT_SECONDS = 900  # results can be asked for this long after the end
 
 
+class Work(Protocol):
+    """What a goal is tied to: a job, or whatever else has an end."""
+
+    state: State
+    message: str  # how it ended, and the code of that
+    code: int
+    finished: Future[None]  # done once its end can be seen
+
+    @property
+    def drops_done(self) -> int:
+        """Drops or flips so far; feedback begins with the first."""
+
+
+W = TypeVar("W", bound=Work)
+
+
+class Refusal(NamedTuple):
+    """The result of a goal that was refused."""
+
+    result: Any
+
+
 class Server(ActionServer):
     """Shows a goal as executing without a thread that waits for its end."""
 
@@ -44,19 +67,17 @@ class Server(ActionServer):
             super().notify_execute(goal_handle, execute_callback)
 
 
-class GoalServer(ABC):
-    """Ties goals to jobs; no thread waits for the end of one."""
+class GoalServer(ABC, Generic[W]):
+    """Ties goals to work; no thread waits for the end of it."""
 
-    def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs) -> None:
-        jobs.listener.follow = self._follow
+    def __init__(self, node: AnsweringNode, kind: Any, name: str) -> None:
         self._node = node
         self._name = name
         self._kind = kind
-        self._jobs = jobs
-        # with their jobs, by request, until they have been told how these ended
-        self.goals: dict[int, tuple[server.ServerGoalHandle, Job]] = {}
-        # requests that are being accepted, with their jobs or the results that refuse
-        self._pending: dict[int, tuple[Any, Job | Any]] = {}
+        # with their work, by request, until they have been told how it ended
+        self.goals: dict[int, tuple[server.ServerGoalHandle, W]] = {}
+        # requests that are being accepted, with their work or the results that refuse
+        self._pending: dict[int, tuple[Any, W | Refusal]] = {}
         self._lock = threading.Lock()
         self._next_feedback = 0.0
         self._server = Server(
@@ -65,7 +86,7 @@ class GoalServer(ABC):
             f"~/{name}",
             execute_callback=lambda goal: None,  # each has its own
             goal_callback=self._accept_request,
-            handle_accepted_callback=self._tie_to_job,
+            handle_accepted_callback=self._tie_to_work,
             cancel_callback=self._cancel,
             callback_group=ReentrantCallbackGroup(),
             goal_service_qos_profile=SERVICE_QUALITY,
@@ -75,28 +96,32 @@ class GoalServer(ABC):
         )
 
     @abstractmethod
-    def start_job(self, request: Any) -> Job:
+    def begin(self, request: Any) -> W:
         """Accept what a goal asks for; PoseStatsError with the value and the bound."""
 
     @abstractmethod
-    def feedback(self, job: Job) -> Any:
-        """How far a job is, as a message."""
+    def cancel(self, work: W, reason: str) -> None:
+        """Have work end soon."""
 
     @abstractmethod
-    def result(self, job: Job) -> Any:
-        """What a job has done, as a message without what all results have."""
+    def feedback(self, work: W) -> Any:
+        """How far work is, as a message."""
+
+    @abstractmethod
+    def result(self, work: W) -> Any:
+        """What was done, as a message without what all results have."""
 
     def _accept_request(self, request: Any) -> GoalResponse:
-        """Queue the job.
+        """Begin the work.
 
         A refused goal is accepted and then aborted: a rejection has no message.
         """
-        answer: Job | Any
+        answer: W | Refusal
         try:
-            answer = self.start_job(request)
+            answer = self.begin(request)
         except Exception as error:  # must not end the executor
-            answer = self._kind.Result()
-            refuse(answer, error)
+            answer = Refusal(self._kind.Result())
+            refuse(answer.result, error)
             if not isinstance(error, PoseStatsError):
                 self._node.get_logger().error(f"{self._name}: {describe_error(error)}")
         with self._lock:
@@ -106,40 +131,41 @@ class GoalServer(ABC):
                 del self._pending[next(iter(self._pending))]
         return GoalResponse.ACCEPT
 
-    def _tie_to_job(self, goal: server.ServerGoalHandle) -> None:
-        """Tie the goal to its job."""
+    def _tie_to_work(self, goal: server.ServerGoalHandle) -> None:
+        """Tie the goal to its work."""
         with self._lock:
             _, answer = self._pending.pop(id(goal.request))
-            if isinstance(answer, Job):
+            if not isinstance(answer, Refusal):
                 self.goals[id(goal.request)] = goal, answer
-        if not isinstance(answer, Job):
-            goal.execute(lambda handle: self._refuse(handle, answer))
+        if isinstance(answer, Refusal):
+            goal.execute(lambda handle: self._refuse(handle, answer.result))
             return
         if answer.state == State.RUNNING:
             self._show_executing(goal)
         answer.finished.add_done_callback(lambda _: self._complete(goal, answer))
 
-    def _follow(self, job: Job) -> None:
-        """Show goals of a job that runs how far it is."""
+    def follow(self, work: W) -> None:
+        """Show goals of work that goes on how far it is."""
         time_now = time.monotonic()
         with self._lock:
-            goals = [goal for goal, its_job in self.goals.values() if its_job is job]
+            goals = [goal for goal, its_work in self.goals.values() if its_work is work]
         for goal in goals:
             self._show_executing(goal)
-        if job.drops_done and goals and time_now >= self._next_feedback:
+        if work.drops_done and goals and time_now >= self._next_feedback:
             self._next_feedback = time_now + FEEDBACK_SECONDS
-            feedback = self.feedback(job)
+            feedback = self.feedback(work)
             for goal in goals:
                 if goal.is_active:
                     goal.publish_feedback(feedback)
 
     def _cancel(self, goal: server.ServerGoalHandle) -> CancelResponse:
-        """Cancel the job once the goal is cancelled, which follows the callback."""
+        """Cancel the work once the goal is cancelled, which follows the callback."""
         number = id(goal.request)
         with self._lock:
             # A goal that is accepted just now is still pending.
-            _, job = self.goals.get(number) or self._pending.get(number, (None, ""))
-        if not isinstance(job, Job) or job.state.ended:
+            pair = self.goals.get(number) or self._pending.get(number)
+        work = None if pair is None else pair[1]
+        if work is None or isinstance(work, Refusal) or work.state.ended:
             return CancelResponse.REJECT
         deadline = time.monotonic() + CANCEL_SECONDS
 
@@ -150,32 +176,32 @@ class GoalServer(ABC):
                 and time.monotonic() < deadline
             ):
                 time.sleep(0.001)
-            self._jobs.cancel(job.job_id, "cancelled by a client")
+            self.cancel(work, "cancelled by a client")
 
         threading.Thread(target=cancel, daemon=True).start()
         return CancelResponse.ACCEPT
 
     @staticmethod
     def _show_executing(goal: server.ServerGoalHandle) -> None:
-        """Tell clients that the job of a goal runs."""
+        """Tell clients that the work of a goal goes on."""
         if goal.status == server.GoalStatus.STATUS_ACCEPTED:
             # rcl raises where it was cancelled, or shown by another thread, just now.
             with suppress(RuntimeError):
                 goal.execute()
 
-    def _complete(self, goal: server.ServerGoalHandle, job: Job) -> None:
-        """End a goal whose job has ended."""
+    def _complete(self, goal: server.ServerGoalHandle, work: W) -> None:
+        """End a goal whose work has ended."""
         self._show_executing(goal)
-        self._server.notify_execute(goal, lambda handle: self._end(handle, job))
+        self._server.notify_execute(goal, lambda handle: self._end(handle, work))
 
-    def _end(self, goal: server.ServerGoalHandle, job: Job) -> Any:
-        result = self.result(job)
-        result.success = job.state == State.DONE
-        result.code = job.code
-        result.message = f"{job.message} {result.message}".strip()
+    def _end(self, goal: server.ServerGoalHandle, work: W) -> Any:
+        result = self.result(work)
+        result.success = work.state == State.DONE
+        result.code = work.code
+        result.message = f"{work.message} {result.message}".strip()
         if result.success:
             goal.succeed()
-        elif job.state == State.CANCELLED and goal.is_cancel_requested:
+        elif work.state == State.CANCELLED and goal.is_cancel_requested:
             goal.canceled()
         else:
             goal.abort()
@@ -190,7 +216,20 @@ class GoalServer(ABC):
         return refusal
 
 
-class SimulateDropsServer(GoalServer):
+class JobServer(GoalServer[Job]):
+    """Goals that are jobs of a queue."""
+
+    def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs) -> None:
+        jobs.listener.follow = self.follow
+        self._jobs = jobs
+        super().__init__(node, kind, name)
+
+    def cancel(self, work: Job, reason: str) -> None:
+        """Cancel a job for everybody."""
+        self._jobs.cancel(work.job_id, reason)
+
+
+class SimulateDropsServer(JobServer):
     """Goals that are drop simulations."""
 
     def __init__(
@@ -204,31 +243,31 @@ class SimulateDropsServer(GoalServer):
         self._reports = reports
         super().__init__(equipment.node, SimulateDrops, "simulate_drops", jobs)
 
-    def start_job(self, request: Any) -> Job:
+    def begin(self, request: Any) -> Job:
         """Accept a drop simulation."""
         try:
             return self._services.start_job(request)
         finally:  # the goal is kept for a while
             request.part = PartMesh(part_id=request.part.part_id)
 
-    def feedback(self, job: Job) -> Any:
+    def feedback(self, work: Job) -> Any:
         """How far a simulation is."""
         return SimulateDrops.Feedback(
-            job_id=job.job_id,
-            drops_done=job.drops_done,
-            drops_total=job.request.drops,
-            expected_error=job.expected_error,
-            drops_per_second=job.drops_per_second,
+            job_id=work.job_id,
+            drops_done=work.drops_done,
+            drops_total=work.request.drops,
+            expected_error=work.expected_error,
+            drops_per_second=work.drops_per_second,
         )
 
-    def result(self, job: Job) -> Any:
+    def result(self, work: Job) -> Any:
         """The statistics of what was done."""
         return SimulateDrops.Result(
-            job_id=job.job_id, statistics=self._reports.answer_of(job.job_id, job)
+            job_id=work.job_id, statistics=self._reports.answer_of(work.job_id, work)
         )
 
 
-class SimulateFlipsServer(GoalServer):
+class SimulateFlipsServer(JobServer):
     """Goals that are flips."""
 
     def __init__(
@@ -243,7 +282,7 @@ class SimulateFlipsServer(GoalServer):
         self._intake = intake
         super().__init__(equipment.node, SimulateFlips, "simulate_flips", jobs)
 
-    def start_job(self, request: Any) -> Job:
+    def begin(self, request: Any) -> Job:
         """Accept flips; too many are refused at once where the poses are at hand."""
         settings = self._settings()
         part = self._parts.require(request.part_id)
@@ -276,16 +315,16 @@ class SimulateFlipsServer(GoalServer):
             settings,
         )
 
-    def feedback(self, job: Job) -> Any:
+    def feedback(self, work: Job) -> Any:
         """How far the flips are."""
         return SimulateFlips.Feedback(
-            flips_done=job.drops_done, flips_total=job.flips_total
+            flips_done=work.drops_done, flips_total=work.flips_total
         )
 
-    def result(self, job: Job) -> Any:
+    def result(self, work: Job) -> Any:
         """The transition matrix of what was done."""
         result = SimulateFlips.Result()
-        flips = job.flips
+        flips = work.flips
         if flips is None:
             return result
         for name in ("part_id", "part_digest", "restitution", "kick_height", "seed"):

@@ -339,7 +339,7 @@ class _BagReader:
             self._begin,
             self._end,
             tuple(_part_records(self._results, self._jobs, self._drops)),
-            tuple(self._counts.counts.values()),
+            tuple(self._counts.all()),
             tuple(self._remarks()),
         )
 
@@ -421,7 +421,9 @@ class _BagReader:
                 "part, cluster_tolerance and round_sides: result"
             ] += 1
             return
-        collector.add(message, time, topic.rpartition("/")[2] != ANSWERS)
+        latched = topic.rpartition("/")[2] != ANSWERS
+        collector.add(message, time, latched)
+        self._counts.note_result(message, numbering, latched)
         self._results.setdefault(key, {})[numbering] = collector
 
     def _remarks(self) -> list[str]:

@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_left, bisect_right, insort
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from operator import itemgetter
 from typing import Any, NamedTuple
 
@@ -25,7 +25,7 @@ class CameraCounts:
 
     part_id: str
     part_digest: str  # empty where the camera did not know it
-    numbering: Numbering  # by which the camera names the poses
+    numbering: Numbering  # by which the camera names the poses, where that is known
     plate: str
     drop_height: float  # metres; NaN where the camera did not know it
     begin: int  # of the first message, nanoseconds since 1970
@@ -33,6 +33,7 @@ class CameraCounts:
     messages: int = 0
     unclassified: int = 0  # parts seen in no stable pose
     of_pose: Counter[int] = field(default_factory=Counter)
+    unknown_code: int = 0  # the numbering that the camera names, of no result; 0: none
 
     @property
     def index(self) -> Index:
@@ -57,6 +58,21 @@ class CameraCounts:
         total = self.classified + self.unclassified
         return self.unclassified / total if total else math.nan
 
+    def take(self, other: "CameraCounts") -> None:
+        """Add other counts of the same."""
+        self.begin = min(self.begin, other.begin)
+        self.end = max(self.end, other.end)
+        self.messages += other.messages
+        self.unclassified += other.unclassified
+        self.of_pose.update(other.of_pose)  # which keeps poses of no parts
+
+
+class PoseIdentity(NamedTuple):
+    """Which pose an index is."""
+
+    part_digest: str
+    numbering: Numbering
+
 
 class CountKey(NamedTuple):
     """Whose counts are added up together."""
@@ -66,6 +82,9 @@ class CountKey(NamedTuple):
     numbering: Numbering
     plate: str
     drop_height: float | None  # metres; None where the camera did not know it
+    # numbering of a result that says the rest; 0: the result at the time. None where
+    # digest and numbering are known, as of a node up to 0.2.0, which has them itself.
+    code: int | None
 
 
 class CountCollector:
@@ -75,7 +94,20 @@ class CountCollector:
         self.copies = Copies()
         self.refused = 0
         self.flips = 0
-        self.counts: dict[CountKey, CameraCounts] = {}
+        self._counts: dict[CountKey, CameraCounts] = {}
+        self._identity_of_code: dict[int, PoseIdentity] = {}
+        # by name; the last one is that of the last result
+        self._identities: dict[str, dict[PoseIdentity, None]] = {}
+
+    def note_result(self, message: Any, numbering: Numbering, latched: bool) -> None:
+        """Know what a PoseStatistics numbers, for counts that name its number."""
+        identity = PoseIdentity(str(getattr(message, "part_digest", "")), numbering)
+        self._identity_of_code[int(getattr(message, "numbering", 0))] = identity
+        if latched:
+            part_id = str(getattr(message, "part_id", ""))
+            identities = self._identities.setdefault(part_id, {})
+            identities.pop(identity, None)
+            identities[identity] = None
 
     def add(self, message: Any, source: int, stamp: int, log_time: int) -> None:
         """Take in a PoseCounts; see `Copies.is_copy`."""
@@ -95,16 +127,47 @@ class CountCollector:
         if self.copies.is_copy(content, source, stamp, log_time):
             return
         time = stamp or log_time
-        if key not in self.counts:
-            drop_height = math.nan if key.drop_height is None else key.drop_height
-            self.counts[key] = CameraCounts(*key[:4], drop_height, time, time)
-        counts = self.counts[key]
-        counts.begin = min(counts.begin, time)
-        counts.end = max(counts.end, time)
-        counts.messages += 1
-        counts.unclassified += unclassified
+        of_pose: Counter[int] = Counter()
         for pose, count in zip(poses, parts, strict=True):
-            counts.of_pose[pose] += count
+            of_pose[pose] += count
+        if key.code == 0:
+            key = _identified(key, next(reversed(self._identities_of(key)), None))
+        counts = _empty_counts(key, time)
+        self._counts.setdefault(key, counts).take(
+            replace(counts, messages=1, unclassified=unclassified, of_pose=of_pose)
+        )
+
+    def all(self) -> list[CameraCounts]:
+        """All counts, once all results are known that they may name."""
+        sums: dict[CountKey, CameraCounts] = {}
+        for key, counts in self._counts.items():
+            identity = None
+            if key.code:
+                identity = self._identity_of_code.get(key.code)
+            elif len(self._identities_of(key)) == 1:
+                [identity] = self._identities_of(key)
+            known_key = _identified(key, identity)
+            sums.setdefault(known_key, _empty_counts(known_key, counts.begin)).take(
+                counts
+            )
+        return list(sums.values())
+
+    def _identities_of(self, key: CountKey) -> dict[PoseIdentity, None]:
+        return self._identities.get(key.part_id, {})
+
+
+def _identified(key: CountKey, identity: PoseIdentity | None) -> CountKey:
+    """The key of counts whose poses are known by now."""
+    if key.code is None or identity is None:
+        return key
+    return key._replace(**identity._asdict(), code=None)
+
+
+def _empty_counts(key: CountKey, time: int) -> CameraCounts:
+    drop_height = math.nan if key.drop_height is None else key.drop_height
+    return CameraCounts(
+        *key[:4], drop_height, begin=time, end=time, unknown_code=key.code or 0
+    )
 
 
 def _count_key(message: Any) -> CountKey:
@@ -116,6 +179,7 @@ def _count_key(message: Any) -> CountKey:
         numbering_of(message),
         str(getattr(message, "plate", "")),
         drop_height if is_known else None,
+        int(message.numbering) if hasattr(message, "numbering") else None,
     )
 
 

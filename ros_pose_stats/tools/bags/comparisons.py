@@ -149,6 +149,12 @@ def _compare_counts(
     for history in part.histories:
         if history.numbering.agrees(counts.numbering):
             return part, _count_comparison(counts, history)
+    if counts.unknown_code:
+        return part, CountComparison(
+            counts,
+            f"counted under numbering {counts.unknown_code}, which no result of the "
+            "part has: the same index is not the same pose",
+        )
     numberings = "; ".join(str(history.numbering) for history in part.histories)
     return part, CountComparison(
         counts,

@@ -82,6 +82,8 @@ def _problem(counts: CameraCounts, candidates: Sequence[Part]) -> str:
         return "several parts have this name, and the counts carry no digest"
     if not candidates:
         return "its mesh is not in the bags"
+    if counts.unknown_code:
+        return f"no result in the bags has their numbering {counts.unknown_code}"
     if math.isnan(counts.numbering.cluster_tolerance):
         return "they do not say by which cluster_tolerance the poses are numbered"
     return ""

@@ -181,6 +181,7 @@ class ResultCollector:
 
     def __init__(self, first: Any, numbering: Numbering) -> None:
         self.numbering = numbering
+        self._code = int(getattr(first, "numbering", 0))  # 0: of a node up to 0.2.0
         self.radius = float(getattr(first, "radius", math.nan))
         self.poses = _pose_table(_sorted(first.poses))
         self.warnings: dict[str, None] = {}
@@ -208,7 +209,8 @@ class ResultCollector:
 
     def fits(self, message: Any) -> bool:
         """Whether a result numbers the same poses."""
-        return bool(
+        code = int(getattr(message, "numbering", self._code))
+        return (not self._code or code == self._code) and bool(
             np.array_equal(
                 [pose.index for pose in _sorted(message.poses)], self.poses.index
             )

@@ -135,7 +135,7 @@ def run(options: argparse.Namespace) -> int:
         counts = f"{len(simulated_flips)} of {len(set(kicks))}"
         interruption = f"interrupted after {counts} kick heights"
     elif counted_flips and simulated_flips:
-        simulated_flips = flip_counts.learn_speeds(simulated_flips, counted_flips)
+        simulated_flips = flip_counts.learn_settings(simulated_flips, counted_flips)
     plan = feeding_plan.plan_feeding(
         statistics, options.wanted, cell, simulated_flips, part
     )
@@ -215,7 +215,7 @@ def draw_kicks(
     figure = shares.kick_figure(
         part.part_id,
         cell.rate,
-        cell.cycle_time,
+        cell.cycle_seconds,
         without_kick.per_minute,
         [(option.kick_height, option.per_minute) for option in kicked],
     )
@@ -283,14 +283,14 @@ def option_cells(option: "KickPlan", best: "KickPlan") -> list[str]:
         str(option.parts),
         kicks,
         bounded(option.per_minute),
-        f"{option.feeder_speed} {mark}".strip(),
+        f"{option.feeder_setting} {mark}".strip(),
     ]
 
 
 def describe_kick(option: "KickPlan") -> str:
-    """By which speed of the feeder or how high parts are kicked."""
-    if option.feeder_speed:
-        return f"at speed {option.feeder_speed}"
+    """By which setting of the feeder or how high parts are kicked."""
+    if option.feeder_setting:
+        return f"at setting {option.feeder_setting}"
     if option.kick_height:
         return f"kicked by {length_in_words(option.kick_height)}"
     return "not kicked"

@@ -34,7 +34,7 @@ def register(commands: arguments.Commands) -> None:
         "its contact polygon, and count where it comes to rest. With the wanted poses "
         "it says what a feeder gets by kicking parts that lie wrong, and by dropping "
         "them again; `feeding` finds the kick that feeds fastest. With flips that a "
-        "cell has counted it gives the matrix of each of the feeder's speeds: what was "
+        "cell has counted it gives the matrix of each of the feeder's settings: what was "
         "counted, with the model's kick that explains it best where little was.",
         examples=(
             "ros_pose_stats flips demo/clamp.stl --unit mm --kick 0.02 --wanted 0 1",
@@ -109,7 +109,7 @@ def run(options: argparse.Namespace) -> int:
     if is_interrupted():
         flip_count = sum(statistics.flips for statistics in flips)
         interruption = f"interrupted after {flip_count} flips"
-    speeds = []
+    settings = []
     tables = []
     for statistics in flips:
         statistics = with_warnings(statistics, drops, options)
@@ -119,11 +119,11 @@ def run(options: argparse.Namespace) -> int:
         values = statistics.as_dict()
         if feedings:
             values["feeding"] = feedings
-        speeds.append(values)
+        settings.append(values)
         tables.append("\n".join(flips_table(part, statistics, feedings)))
     return running.print_answer(
         options,
-        {"speeds": speeds} if options.counts else speeds[0],
+        {"settings": settings} if options.counts else settings[0],
         ["\n\n".join(tables)],
         interruption,
     )
@@ -138,7 +138,7 @@ def kick_part(
     bar: running.ProgressBar,
     options: argparse.Namespace,
 ) -> "list[FlipStatistics]":
-    """Flips by the kick of the options, or what explains the counts of each speed."""
+    """Flips by the kick of the options, or what explains the counts of each setting."""
     from ...core.simulation import flips, request
 
     if not counted_flips:
@@ -156,7 +156,7 @@ def kick_part(
     )
     if should_stop():
         return []
-    return flip_counts.learn_speeds(simulated_flips, counted_flips)
+    return flip_counts.learn_settings(simulated_flips, counted_flips)
 
 
 def with_warnings(
@@ -224,10 +224,10 @@ def describe_flips(part: "Part", flips: "FlipStatistics") -> list[str]:
         f"kicked by {length_in_words(flips.kick_height)} on a frictionless plate, "
         f"restitution {flips.restitution:g}"
     )
-    if flips.feeder_speed:
+    if flips.feeder_setting:
         return [
-            f"{part.part_id}: {several(flips.observed, 'flip')} counted at speed "
-            f"{flips.feeder_speed}; the model's kick that explains them best:",
+            f"{part.part_id}: {several(flips.counted_flips, 'flip')} counted at setting "
+            f"{flips.feeder_setting}; the model's kick that explains them best:",
             kick,
         ]
     return [

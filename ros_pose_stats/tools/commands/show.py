@@ -85,7 +85,7 @@ def parts_table(results: "Sequence[PoseStatistics]") -> list[str]:
             str(len(statistics.poses)),
             text.most_probable(statistics.poses) or "forgotten",
             statistics.method,
-            str(statistics.observed or statistics.drops),
+            str(statistics.counted_parts or statistics.drops),
             text.percent(statistics.expected_error),
         )
         for statistics in results

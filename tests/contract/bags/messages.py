@@ -2,10 +2,12 @@
 `rosbags`.
 """
 
+import struct
 import sys
 import warnings
 from array import array
 from functools import cache
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -67,17 +69,18 @@ def result(
     """
     nan = float("nan")
     settled = 0 if count is None else int(sum(count))
+    numbered = {"part_digest": DIGEST, "cluster_tolerance": 0.005, "round_sides": 192}
+    numbered.update({name: fields[name] for name in numbered if name in fields})
     message = filled(
         stamped(PoseStatistics(), seconds),
         {
             "part_id": "clamp",
-            "part_digest": DIGEST,
+            **numbered,
+            "numbering": numbering_of(*numbered.values()),
             "radius": 0.02,
             "method": method,
             "restitution": 0.5,
             "drop_height": 0.4 if settled else nan,
-            "cluster_tolerance": 0.005,
-            "round_sides": 192,
             "drops": settled,
             "plate_error": 0.05,
             "expected_error": nan,
@@ -118,6 +121,12 @@ def result(
     return message
 
 
+def numbering_of(digest=DIGEST, tolerance=0.005, sides=192):
+    """The number under which poses have their index, as PoseStatistics.msg says it."""
+    data = digest.encode() + struct.pack("<dII", tolerance, sides, 1)
+    return int.from_bytes(sha256(data).digest()[:8], "little")
+
+
 def counts(seconds, count, index=None, **fields):
     """A PoseCounts; without a stamp where `seconds` is None."""
     message = PoseCounts() if seconds is None else stamped(PoseCounts(), seconds)
@@ -125,9 +134,7 @@ def counts(seconds, count, index=None, **fields):
         message,
         {
             "part_id": "clamp",
-            "part_digest": DIGEST,
-            "cluster_tolerance": 0.005,
-            "round_sides": 192,
+            "numbering": numbering_of(),
             "plate": "steel",
             "drop_height": 0.4,
             "index": array("I", range(len(count)) if index is None else index),

@@ -80,7 +80,7 @@ class TestReport:
                         (4000000, 20),
                         plate="\x1b[31m\n",
                         part_id=long,
-                        cluster_tolerance=0.01,
+                        numbering=7,
                     ),
                 ),
             ],

@@ -10,7 +10,14 @@ from scipy import stats
 
 from ros_pose_stats import analyse_bags
 
-from .messages import COUNTED, PROBABILITY, SIMULATED, counts, result
+from .messages import (
+    COUNTED,
+    PROBABILITY,
+    SIMULATED,
+    counts,
+    numbering_of,
+    result,
+)
 from .recorders import write_run
 
 OFF = np.add(PROBABILITY, (0.02, -0.02, 0.01, -0.01, 0.0))
@@ -112,7 +119,9 @@ class TestCameraCounts:
         assert dropped.by_pose.p_value == pytest.approx(reference.pvalue)
 
     def test_counts_do_not_judge_what_has_learnt_from_them(self, analysed):
-        learnt = result(4.0, np.array(COUNTED) / 400, method="observed", observed=400)
+        learnt = result(
+            4.0, np.array(COUNTED) / 400, method="observed", counted_parts=400
+        )
         (part,) = analysed(
             result(1.0), simulation(2.0), counts(3.0, COUNTED), learnt
         ).parts
@@ -194,9 +203,9 @@ class TestCameraCounts:
         (part,) = analysed(
             result(1.0),
             result(2.0, round_sides=0),
-            counts(3.0, COUNTED, round_sides=0),
+            counts(3.0, COUNTED, numbering=numbering_of(sides=0)),
             counts(4.0, (1, 2, 3, 4, 5)),
-            counts(5.0, COUNTED, cluster_tolerance=0.1 * 0.05),
+            counts(5.0, COUNTED),
         ).parts
         by_numbering = {
             comparison.counts.numbering: comparison for comparison in part.counts
@@ -206,18 +215,35 @@ class TestCameraCounts:
             assert (comparison.problem, comparison.history.numbering) == ("", numbering)
         assert by_numbering[0.005, 192].count.tolist() == [231, 100, 55, 20, 9]
 
-    def test_without_a_digest_the_name_decides(self, analysed):
-        (part,) = analysed(result(1.0), counts(2.0, COUNTED, part_digest="")).parts
-        assert part.counts[0].problem == ""
+    def test_without_a_numbering_the_result_of_that_time_decides(self, analysed):
+        """Of two that a parameter has changed in between."""
+        (part,) = analysed(
+            result(1.0),
+            counts(2.0, (7, 0, 0, 0, 0), numbering=0),
+            result(3.0, round_sides=0),
+            counts(4.0, (5, 0, 0, 0, 0), numbering=0),
+            counts(5.0, (1, 0, 0, 0, 0)),
+        ).parts
+        assert {
+            comparison.counts.numbering: (comparison.problem, int(comparison.count[0]))
+            for comparison in part.counts
+        } == {(0.005, 192): ("", 8), (0.005, 0): ("", 5)}
+
+    @pytest.mark.parametrize("number", [0, numbering_of()])
+    def test_counts_before_their_result_are_of_it(self, analysed, number):
+        (part,) = analysed(
+            counts(1.0, COUNTED, numbering=number), counts(2.0, COUNTED), result(3.0)
+        ).parts
+        (compared,) = part.counts
+        assert compared.problem == ""
+        assert compared.count.tolist() == [2 * count for count in COUNTED]
 
 
 class TestNotCompared:
     @pytest.mark.parametrize(
         ("fields", "words"),
         [
-            ({"cluster_tolerance": 0.01}, ("0.01", "0.005")),
-            ({"round_sides": 0}, ("192", "0")),
-            ({"cluster_tolerance": math.nan}, ("cluster_tolerance unknown",)),
+            ({"numbering": 7}, ("under numbering 7", "no result of the part")),
             ({"index": (0, 17)}, ("pose 17",)),
         ],
     )
@@ -228,12 +254,13 @@ class TestNotCompared:
         assert all(word in compared.problem for word in words)
 
     @pytest.mark.parametrize(
-        ("digest", "words"), [("c" * 64, "no result"), ("", "2 parts are called clamp")]
+        ("fields", "words"),
+        [({"part_id": "bolt"}, "no result"), ({}, "2 parts are called clamp")],
     )
-    def test_counts_of_no_part_or_of_either_are_strays(self, analysed, digest, words):
-        others = [result(1.5, part_digest="b" * 64)] if not digest else []
+    def test_counts_of_no_part_or_of_either_are_strays(self, analysed, fields, words):
+        others = [result(1.5, part_digest="b" * 64)] if not fields else []
         analysis = analysed(
-            result(1.0), *others, counts(2.0, COUNTED, part_digest=digest)
+            result(1.0), *others, counts(2.0, COUNTED, **{"numbering": 7, **fields})
         )
         assert all(part.counts == () for part in analysis.parts)
         (stray,) = analysis.strays

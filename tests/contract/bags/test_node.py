@@ -63,9 +63,7 @@ def camera_message(numbers):
     """With every field filled in."""
     message = PoseCounts(
         part_id="flat",
-        part_digest="ab" * 32,
-        cluster_tolerance=0.005,
-        round_sides=192,
+        numbering=2**64 - 1,
         plate="steel",
         drop_height=0.3,
         index=list(range(len(numbers))),

@@ -7,7 +7,7 @@ import numpy as np
 
 from ros_pose_stats import analyse_bags
 
-from .messages import PACKAGE, PROBABILITY, definition, result
+from .messages import DIGEST, PACKAGE, PROBABILITY, counts, definition, result
 from .recorders import write_plain, write_run
 
 STATISTICS = definition(f"{PACKAGE}/PoseStatistics")
@@ -49,7 +49,20 @@ float64 target_error
 float64 max_seconds
 string message
 {HEADER}"""
-"""As version 0.2.0 had it."""
+COUNTS = f"""std_msgs/Header header
+string part_id
+string part_digest
+float64 cluster_tolerance
+uint32 round_sides
+string plate
+float64 drop_height
+uint32[] index
+uint64[] count
+uint64 unclassified
+int32 from_pose -1
+string feeder_speed
+{HEADER}"""
+"""As version 0.2.0 had them."""
 ABOUT = {"part_id": "clamp", "part_digest": "d", "cluster_tolerance": 0.005}
 POSES = [{"index": 1, "probability": 0.25}, {"index": 0, "probability": 0.75}]
 
@@ -87,24 +100,25 @@ def test_older_versions_took_round_surfaces_as_the_file_has_them(tmp_path):
         [
             (
                 name,
-                re.sub(
-                    "(uint32 round_sides|int32 from_pose|string feeder_speed)\n",
-                    "",
-                    definition(f"{PACKAGE}/{name}"),
-                ),
+                re.sub("(uint32 round_sides|uint64 numbering)\n", "", text),
                 {**ABOUT, **fields},
             )
-            for name, fields in (
-                ("PoseStatistics", {"method": "combined", "poses": POSES}),
+            for name, text, fields in (
+                (
+                    "PoseStatistics",
+                    STATISTICS,
+                    {"method": "combined", "poses": POSES},
+                ),
                 (
                     "JobEvent",
+                    definition(f"{PACKAGE}/JobEvent"),
                     {
                         "status": {"state": 2, "job_id": "job_1", "part_id": "clamp"},
                         "seed": 192,
                         "drop_height": 0.4,
                     },
                 ),
-                ("PoseCounts", {"index": [0, 1], "count": [3, 1]}),
+                ("PoseCounts", COUNTS, {"index": [0, 1], "count": [3, 1]}),
             )
         ],
     )
@@ -123,6 +137,53 @@ def test_older_versions_took_round_surfaces_as_the_file_has_them(tmp_path):
         (0.005, 0),
         (0.005, 192),
     }
+
+
+def test_counts_of_0_2_0_have_the_numbering_in_three_fields(tmp_path):
+    """Beside those of today, of the same poses, they add up with these."""
+    numbered = {"part_digest": DIGEST, "cluster_tolerance": 0.005, "round_sides": 192}
+    write_plain(
+        tmp_path / "old.mcap",
+        [
+            (
+                "PoseCounts",
+                COUNTS,
+                {
+                    "part_id": "clamp",
+                    "plate": "steel",
+                    "drop_height": 0.4,
+                    "index": [0, 4],
+                    "count": [3, 1],
+                    "from_pose": from_pose,
+                    "feeder_speed": "slow",
+                    **numbered,
+                    **other,
+                },
+            )
+            for from_pose, other in (
+                (-1, {}),
+                (2, {}),
+                (-1, {"round_sides": 0}),
+                (-1, {"cluster_tolerance": math.nan}),
+            )
+        ],
+    )
+    messages = [
+        ("pose_statistics", result(1.0)),
+        ("pose_counts", counts(2.0, (5, 0, 0, 0, 2))),
+    ]
+    write_run(tmp_path, messages)
+    analysis = analyse_bags(tmp_path)
+    (part,) = analysis.parts
+    counted, rounded, unknown = sorted(
+        part.counts, key=lambda comparison: comparison.problem
+    )
+    assert (counted.problem, counted.count.tolist()) == ("", [8, 0, 0, 0, 3])
+    assert "round_sides 0, results are at" in rounded.problem
+    assert "cluster_tolerance unknown" in unknown.problem
+    assert any(
+        "1 camera count left out, of flips" in note for note in analysis.contents.notes
+    )
 
 
 def test_fields_that_a_newer_version_adds_are_passed_over(tmp_path):

@@ -10,7 +10,7 @@ from ros_pose_stats_msgs.msg import PartMesh
 
 from lab.bodies import shapes
 from ros_pose_stats import part_from_mesh, simulate
-from tests.contract.bags.messages import counts
+from tests.contract.bags.messages import counts, numbering_of, result
 from tests.contract.bags.recorders import write_run
 from tests.running import call, refusal
 
@@ -23,10 +23,10 @@ def bag(tmp_path_factory):
     messages = []
     for second, (name, size) in enumerate(SIZES.items()):
         part = part_from_mesh(*shapes.box(*size))
+        numbered = {"part_digest": part.digest, "cluster_tolerance": 0.0025}
         information = {
             "part_id": name,
-            "part_digest": part.digest,
-            "cluster_tolerance": 0.0025,
+            "numbering": numbering_of(part.digest, 0.0025),
         }
         drops = simulate(part, 300, 0.4, 9, 0.05)
         shares = [
@@ -41,6 +41,16 @@ def bag(tmp_path_factory):
                     triangles=array("I", part.triangles.ravel().tolist()),
                 ),
             ),
+            (
+                "pose_statistics",
+                result(
+                    2.0 * second,
+                    [share / 300 for share in shares],
+                    group=range(6),
+                    part_id=name,
+                    **numbered,
+                ),
+            ),
             ("pose_counts", counts(2.0 * second, shares, plate="glass", **information)),
             (
                 "pose_counts",
@@ -52,9 +62,7 @@ def bag(tmp_path_factory):
     messages.append(
         (
             "pose_counts",
-            counts(
-                9.0, (5, 5), part_id="\x1b[2Jlost", plate="glass", part_digest="0" * 64
-            ),
+            counts(9.0, (5, 5), part_id="\x1b[2Jlost", plate="glass", numbering=7),
         )
     )
     return write_run(tmp_path_factory.mktemp("log"), messages)

@@ -88,14 +88,14 @@ def test_a_kick_that_frees_no_part_has_no_bound(box):
     assert feeding["flips"] == {"value": None, "low": None, "high": None}
 
 
-def test_counted_flips_make_the_matrix_of_a_speed(box, tmp_path):
-    """The library's, for each speed; and `feeding` plans with them."""
+def test_counted_flips_make_the_matrix_of_a_setting(box, tmp_path):
+    """The library's, for each setting; and `feeding` plans with them."""
     file = tmp_path / "flips.csv"
     file.write_text(
-        "speed,from,to,count\nslow,2,0,30\nslow,2,2,10\nfast,0,4,7\nslow,2,0,5\n"
+        "setting,from,to,count\nslow,2,0,30\nslow,2,2,10\nfast,0,4,7\nslow,2,0,5\n"
     )
     request = *box, "--counts", file, "--flips", 50, "--seed", 1
-    values = answer_json("flips", *request)["speeds"]
+    values = answer_json("flips", *request)["settings"]
     part = load_part(box[0], unit="mm")
     slow = np.zeros((6, 6), np.int64)
     slow[2, [0, 2]] = 35, 10
@@ -104,27 +104,31 @@ def test_counted_flips_make_the_matrix_of_a_speed(box, tmp_path):
         for kick in values[0]["radius"] * np.geomspace(0.05, 5.0, 13)
     ]
     expected = learn_flips(kicks, slow, "slow").as_dict()
-    assert [value["feeder_speed"] for value in values] == ["slow", "fast"]
+    assert [value["feeder_setting"] for value in values] == ["slow", "fast"]
     assert all(
         values[0][name] == expected[name]
         for name in (
             "kick_height",
-            "observed",
+            "counted_flips",
             "transition",
             "standard_error",
             "counts",
         )
     )
     plan = answer_json("feeding", *request, "--wanted", 0, "--plate", 0.3, 0.2)
-    assert {value["feeder_speed"] for value in plan["options"]} == {"", "slow", "fast"}
-    assert "45 flips counted at speed slow" in answer("flips", *request)
+    assert {value["feeder_setting"] for value in plan["options"]} == {
+        "",
+        "slow",
+        "fast",
+    }
+    assert "45 flips counted at setting slow" in answer("flips", *request)
 
 
 @pytest.mark.parametrize(
     ("row", "words"),
     [
         ("slow,2,6,1", "poses 0 to 5"),
-        ("slow,2,0", "a row of speed, from, to, count"),
+        ("slow,2,0", "a row of setting, from, to, count"),
         ("slow,2,0,-1", "'slow,2,0,-1' in line 1"),
     ],
 )

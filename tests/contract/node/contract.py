@@ -5,7 +5,6 @@ PACKAGE = "ros_pose_stats_msgs"
 SERVICES = {
     "estimate": f"{PACKAGE}/srv/EstimatePoses",
     "get_statistics": f"{PACKAGE}/srv/GetStatistics",
-    "feeding": f"{PACKAGE}/srv/FeedingAnswer",
     "fit_plate": f"{PACKAGE}/srv/FitPlate",
     "forget_part": f"{PACKAGE}/srv/ForgetPart",
     "start_drop_simulation": f"{PACKAGE}/srv/StartDropSimulation",
@@ -26,6 +25,7 @@ PUBLICATIONS = {
 }
 ACTION = {
     "/pose_stats/simulate_drops": f"{PACKAGE}/action/SimulateDrops",
+    "/pose_stats/plan_feeding": f"{PACKAGE}/action/PlanFeeding",
     "/pose_stats/simulate_flips": f"{PACKAGE}/action/SimulateFlips",
 }
 
@@ -99,13 +99,12 @@ FIELDS = {
     "StablePose": "index pose_id group pose down height top margin barrier spread "
     "probability probability_low probability_high standard_error count support_polygon "
     "outline",
-    "PoseStatistics": "header part_id part_digest radius bodies unit unit_guessed "
-    "method restitution drop_height cluster_tolerance drops unsettled seed "
-    "expected_error largest_error plate_error plate compute_time job_id revision "
-    "final version poses warnings scene",
-    "PoseCounts": "header part_id part_digest cluster_tolerance plate drop_height "
-    "index count unclassified from_pose feeder_speed",
-    "ObservedParts": "header part_id poses confidence from_pose feeder_speed",
+    "PoseStatistics": "header part_id part_digest radius bodies unit unit_guessed method restitution "
+    "drop_height cluster_tolerance drops unsettled seed expected_error largest_error "
+    "plate_error plate compute_time job_id revision final version poses warnings scene",
+    "PoseCounts": "header part_id numbering plate drop_height "
+    "index count unclassified from_pose feeder_setting",
+    "ObservedParts": "header part_id numbering poses confidence from_pose feeder_setting",
     "JobStatus": "job_id part_id state code drops_done drops_total",
     "JobEvent": "header status part_forgotten part_digest refinement restitution "
     "drop_height cluster_tolerance round_sides seed target_error max_seconds message",

@@ -20,6 +20,7 @@ from .harness.bags import on_topic, raw_of, recorded
 from .harness.camera import counted, counting, learnt, lying, picture, seeing
 from .harness.cell import Health, latched
 from .harness.client import until
+from .harness.goals import planned
 from .harness.parts import WEDGE, counts, flat, new_id, prism, probabilities
 
 
@@ -47,12 +48,10 @@ def counts_of(node, part_id, number=1):
 
 
 def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model):
-    numbering = f"{model.cluster_tolerance:g} and round_sides {model.round_sides}"
     bad = {
         "2 pose indices and 1 counts": {"index": [0, 1], "count": [5]},
         "is known": {"part_id": "nobody"},
         "it names the plate 'steel', and the node's is 'glass'": {"plate": "steel"},
-        "another part_digest": {"part_digest": "cd" * 32},
         "it counts more than 1000000 parts": {"count": [10**6, 1]},
         "more than 1000000 parts": {
             "index": [2**32 - 1, 0],
@@ -61,13 +60,8 @@ def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model
         },
         "it has the drop_height nan; a negative one": {"drop_height": math.nan},
         f"{model.part_id}' has no pose 99": {"index": [0, 99]},
-        f"{model.part_id}' has no pose 77": {"from_pose": 77, "feeder_speed": "slow"},
-        "a from_pose and 0 characters of feeder_speed": {"from_pose": 1},
-        "cluster_tolerance 0.0025 and round_sides 0, the results have "
-        f"cluster_tolerance {numbering}": {"round_sides": 0},
-        "cluster_tolerance unknown and round_sides 192, the results have "
-        f"cluster_tolerance {numbering}; copy both from "
-        "PoseStatistics": {"cluster_tolerance": math.nan},
+        f"{model.part_id}' has no pose 77": {"from_pose": 77, "feeder_setting": "slow"},
+        "a from_pose and 0 characters of feeder_setting": {"from_pose": 1},
     }
     camera = counting(tuned)
     for words, fields in bad.items():
@@ -78,12 +72,36 @@ def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model
     camera.publish(
         b"\0\1\0\0" + b"\xee" * 40,
         counted(model, [], index=2**18 * [7]),
-        counted(model, [7], part_digest="", plate=""),
+        counted(model, [7], numbering=0, plate=""),
     )
     node.says("~/pose_counts: count refused: expected a serialised PoseCounts")
     learnt(tuned, model.part_id, 7)
     messages = raw_of(node.log_directory, on_topic("pose_counts"))
     assert not any(b"\xee" * 40 in data or len(data) > 2**20 for data in messages)
+
+
+def test_counts_under_another_numbering_are_refused_with_a_code(node, tuned, model):
+    """On /diagnostics, too; those of no numbering are of the present one."""
+    other = model.numbering ^ 1
+    reason = (
+        f"OTHER_NUMBERING: expected {model.numbering} of the present result of "
+        f"'{model.part_id}', or 0 for it, got {other}"
+    )
+    health = Health(tuned)
+    camera = counting(tuned)
+    camera.publish(counted(model, [50, 50], numbering=other))
+    node.says(f"~/pose_counts: count refused: {reason}")
+    counts_of(node, model.part_id)
+    health.eventually(
+        "parts", lambda _, values: any(reason in value for value in values.values())
+    )
+    eyes = seeing(tuned)
+    pose = lying(model.poses[0])
+    eyes.publish(picture(model.part_id, pose, numbering=other))
+    node.says(f"~/observed_parts: message refused: {reason}")
+    eyes.publish(picture(model.part_id, pose, numbering=model.numbering))
+    camera.publish(counted(model, [7], numbering=0))
+    learnt(tuned, model.part_id, 8)
 
 
 def test_each_part_seen_is_counted_in_its_pose(node, tuned, model):
@@ -106,7 +124,7 @@ def test_each_part_seen_is_counted_in_its_pose(node, tuned, model):
     (counts,) = counts_of(node, model.part_id)
     assert dict(zip(counts.index, counts.count, strict=True)) == {first: 7, last: 1}
     assert counts.unclassified == 2 and counts.header == message.header
-    for name in ("part_digest", "cluster_tolerance", "round_sides", "plate"):
+    for name in ("numbering", "plate"):
         assert getattr(counts, name) == getattr(model, name)
     assert counts.drop_height == -1.0  # the node was told none
     assert learnt(tuned, model.part_id, 8).method == "observed"
@@ -123,7 +141,7 @@ def test_a_best_effort_camera_is_heard_and_a_reliable_one_once(node, tuned, mode
     until(
         lambda: (
             (next(polls) % 100 or eager.publish(message))
-            and latched(tuned, model.part_id).observed == 1
+            and latched(tuned, model.part_id).counted_parts == 1
         )
     )
     reliable = [picture(model.part_id, lying(model.poses[0])) for _ in range(5)]
@@ -137,10 +155,16 @@ def test_the_height_that_the_node_was_told_and_the_flip_go_along(node, tuned, mo
     assert tuned.set(drop_height=0.25) == {}
     until(lambda: tuned.good("get_statistics").statistics[0].drop_height == 0.25)
     seeing(tuned).publish(
-        picture(model.part_id, lying(model.poses[0]), from_pose=2, feeder_speed="slow")
+        picture(
+            model.part_id, lying(model.poses[0]), from_pose=2, feeder_setting="slow"
+        )
     )
     (flips,) = counts_of(node, model.part_id)
-    assert (flips.drop_height, flips.from_pose, flips.feeder_speed) == (0.25, 2, "slow")
+    assert (flips.drop_height, flips.from_pose, flips.feeder_setting) == (
+        0.25,
+        2,
+        "slow",
+    )
 
 
 def test_what_cannot_be_counted_is_refused_and_the_next_one_served(node, tuned, model):
@@ -228,6 +252,12 @@ def test_counts_sharpen_what_is_latched(tuned, model):
     assert first.revision > latched_before.revision
     camera.publish(*(counted(model, [3, 7]) for _ in range(30)))
     later = learnt(tuned, model.part_id, 310)
+    assert math.isnan(latched_before.model_gap)
+    shares = counts(later.poses)
+    gaps = [
+        pose.probability - shares[pose.index] / 310 for pose in latched_before.poses
+    ]
+    assert later.model_gap == pytest.approx(np.sqrt(np.mean(np.square(gaps))))
     assert later.plate_error == later.expected_error < 0.6 * first.expected_error
     result, plain = (pose.index for pose in model.poses[:2])
     assert counts(later.poses)[result] == 93 and counts(later.poses)[plain] == 217
@@ -235,12 +265,14 @@ def test_counts_sharpen_what_is_latched(tuned, model):
     # 217 of 310 parts: 0.70 with a standard error of 0.026, drawn a little to the
     # model.
     assert probabilities(later.poses)[plain] == pytest.approx(0.7, abs=0.06)
-    fed = tuned.good("feeding", part_id=model.part_id, wanted=[result], rate=60.0)
+    fed = planned(
+        tuned, part_id=model.part_id, wanted=[result], dropped_per_minute=60.0
+    )
     assert fed.message == "From 310 parts seen (observed)."
     estimated = tuned.good("estimate", part_id=model.part_id).statistics
-    assert estimated.observed == 0 and probabilities(estimated.poses) == probabilities(
-        model.poses
-    )
+    assert estimated.counted_parts == 0 and probabilities(
+        estimated.poses
+    ) == probabilities(model.poses)
 
 
 def test_a_message_counts_once_however_often_it_comes(node, tuned, model):
@@ -343,7 +375,11 @@ def test_counts_go_on_where_the_plate_brings_its_round_sides(tuned, tmp_path):
             (candidate := latched(tuned, drum.part_id)).round_sides == 96 and candidate
         )
     )
-    assert (learnt_before.round_sides, learnt_after.observed, learnt_after.method) == (
+    assert (
+        learnt_before.round_sides,
+        learnt_after.counted_parts,
+        learnt_after.method,
+    ) == (
         192,
         50,
         "observed",

@@ -84,7 +84,7 @@ def test_queue_running_job_and_flips(cell):
     )
     assert (
         values["running"]
-        and values["answers queued"] == "0"
+        and values["plans queued"] == "0"
         and f"'{part_id}'" in line.message
     )
     for goal in reversed(messages):

@@ -10,7 +10,7 @@ from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
 from .harness.cell import MeshPublisher
-from .harness.goals import Goals
+from .harness.goals import Goals, refused_plan
 from .harness.jobs import known_part
 from .harness.parts import WEDGE, flat, mesh, new_id
 
@@ -39,10 +39,10 @@ def test_a_refusal_shows_what_came_in_a_line_of_bounded_length(cell, name):
         ("get_statistics", {"part_id": name}),
         ("get_drop_simulation", {"job_id": name}),
         ("cancel_drop_simulation", {"job_id": name}),
-        ("feeding", {"part_id": name}),
         ("fit_plate", {"plate": name}),
     ):
         assert_line(cell.refused(service, **fields))
+    assert_line(refused_plan(cell, part_id=name))
 
 
 @pytest.mark.parametrize("field", ["vertices", "com", "ixx"])

@@ -52,7 +52,7 @@ def test_the_node_learns_the_plate_while_the_planner_looks(domain, tmp_path, par
     ):
         planner.says("bracket: pick [0, 2]")
         with client.late_joiner() as joiner:
-            learned = joiner.wait("bracket", lambda result: result.observed >= 400)
+            learned = joiner.wait("bracket", lambda result: result.counted_parts >= 400)
         assert learned.method == "observed"
         look = planner.says("]: pick", "stderr")
         assert camera.end(signal.SIGINT) == (0, [])

@@ -10,6 +10,7 @@ import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs import srv
+from ros_pose_stats_msgs.action import PlanFeeding
 from ros_pose_stats_msgs.msg import ObservedParts, PartMesh, PoseCounts
 from shape_msgs.msg import Mesh
 from type_description_interfaces.srv import GetTypeDescription
@@ -19,6 +20,7 @@ from ros_pose_stats import estimate, simulate
 from .harness.camera import counted, lying, picture
 from .harness.cell import Health, MeshPublisher, latched
 from .harness.client import ask_until_answered, until, wait_for
+from .harness.goals import plans
 from .harness.jobs import finished, known_part, start
 from .harness.listed import rows
 from .harness.parts import (
@@ -183,8 +185,8 @@ def test_claims_of_gigabytes_cost_no_memory(node, client):
         ],
         PoseCounts: [claim("III", 0, 0, huge, zeros=MEGABYTE // 2)],
         ObservedParts: [
-            claim("IIIII", 0, 0, 0, 0, huge, zeros=MEGABYTE // 2),
-            claim("IIIII", 0, 0, 0, 0, huge, order=">", zeros=MEGABYTE // 4),
+            claim("IIIIQI", 0, 0, 0, 0, 0, huge, zeros=MEGABYTE // 2),
+            claim("IIIIQI", 0, 0, 0, 0, 0, huge, order=">", zeros=MEGABYTE // 4),
         ],
     }
     health = Health(client)
@@ -244,7 +246,6 @@ def assert_line(answer):
         "estimate",
         "start_drop_simulation",
         "forget_part",
-        "feeding",
         "get_drop_simulation",
         "cancel_drop_simulation",
         "fit_plate",
@@ -258,6 +259,16 @@ def test_odd_requests(client, name):
     for answer in answers:
         assert_line(answer)
     assert not all(answer.success for answer in answers)
+
+
+def test_odd_plans(client):
+    random = Random(1)
+    goals = [
+        plans(client).send(**asked(PlanFeeding.Goal, random)) for _ in range(ASKED)
+    ]
+    for goal in goals:
+        _, result = goal.result()
+        assert_line(result)
 
 
 def test_no_name_leads_out_of_the_log_directory(node, client):

@@ -1,4 +1,4 @@
-"""A planner's questions: what a feeder gets out of a part (`~/feeding`), and true
+"""A planner's questions: what a feeder gets out of a part (`~/plan_feeding`), and true
 outlines.
 """
 
@@ -7,25 +7,25 @@ import math
 import numpy as np
 import pytest
 import trimesh
+from action_msgs.msg import GoalStatus
 
 from lab.bodies import shapes
 from ros_pose_stats import estimate, learn_flips, resting_poses, simulate_flips
 from tests.running import answer_json
 
 from .harness.camera import counted, counting
-from .harness.cell import latched
-from .harness.client import RUNNING, until, wait_for
-from .harness.goals import Goals
+from .harness.cell import Health, latched
+from .harness.client import RUNNING, until
+from .harness.goals import Goals, planned, plans, refused_plan
 from .harness.jobs import LONG, known_part, reached, start
 from .harness.parts import WEDGE, flat, library_part, new_id, probabilities
-from .harness.slow import standing
 
 KICK = 0.012
 POSES = resting_poses(library_part(WEDGE)).group.size
 WANTED = [0, 2]
 RATE = 40.0
 CYCLE = 0.5
-ASKED = {"wanted": WANTED, "rate": RATE, "cycle_time": CYCLE}
+ASKED = {"wanted": WANTED, "dropped_per_minute": RATE, "cycle_seconds": CYCLE}
 
 
 def interval(answer, name):
@@ -49,15 +49,15 @@ class TestDropping:
         accepted.
         """
         part_id = known_part(cell)
-        answer = cell.good("feeding", part_id=part_id, **ASKED)
+        answer = planned(cell, part_id=part_id, **ASKED)
         share = by_index(latched(cell, part_id))[WANTED].sum()
         for name, value in (
             ("accepted", share),
             ("passes", 1.0 / share),
             ("accepted_per_minute", RATE * share),
         ):
-            low, planned, high = interval(answer, name)
-            assert planned == pytest.approx(value, rel=1e-9) and low < planned < high
+            low, middle, high = interval(answer, name)
+            assert middle == pytest.approx(value, rel=1e-9) and low < middle < high
         assert answer.accepted_low > 0.0 and answer.accepted_high < 1.0
         assert interval(answer, "flips") == (0.0, 0.0, 0.0)
         drops = latched(cell, part_id).drops
@@ -67,12 +67,12 @@ class TestDropping:
 
     def test_the_estimate_is_the_node_s(self, tuned):
         assert tuned.set(default_method="area") == {}
-        answer = tuned.good("feeding", part_id=known_part(tuned), **ASKED)
+        answer = planned(tuned, part_id=known_part(tuned), **ASKED)
         shares = by_index(estimate(library_part(WEDGE), "area"))
         assert answer.accepted == pytest.approx(shares[WANTED].sum(), rel=1e-9)
         assert answer.message == "From an estimate (area)."
         slab = known_part(tuned, shapes.box(0.03, 0.02, 0.01))
-        answer = tuned.good("feeding", part_id=slab, wanted=[0], rate=RATE)
+        answer = planned(tuned, part_id=slab, wanted=[0], dropped_per_minute=RATE)
         assert "(area). WANTED_ALIKE: pose 1 looks the same as pose 0" in answer.message
 
 
@@ -82,7 +82,7 @@ class TestFlips:
         one.
         """
         part_id = known_part(cell)
-        answer = cell.good("feeding", part_id=part_id, kick_height=KICK, **ASKED)
+        answer = planned(cell, part_id=part_id, kick_height=KICK, **ASKED)
         shares = by_index(latched(cell, part_id))
         moves = np.reshape(answer.transition, (POSES, POSES))
         np.testing.assert_allclose(moves.sum(axis=1), 1.0)
@@ -102,13 +102,13 @@ class TestFlips:
             == (1.0, 1.0, 1.0)
         )
         assert " drops (hybrid) and " in answer.message
-        repeated = cell.good(
-            "feeding",
+        repeated = planned(
+            cell,
             part_id=part_id,
             kick_height=KICK,
             wanted=[1],
-            rate=10.0,
-            cycle_time=1.0,
+            dropped_per_minute=10.0,
+            cycle_seconds=1.0,
         )
         assert (
             repeated.transition == answer.transition and repeated.flips != answer.flips
@@ -119,11 +119,11 @@ class TestFlips:
         goals = Goals(cell, "simulate_flips")
         fields = {"part_id": part_id, "kick_height": 3 * KICK, **ASKED}
         goals.send(part_id=part_id, kick_height=3 * KICK, drops=1, seed=5).result()
-        unplanned = cell.good("feeding", **fields)
+        unplanned = planned(cell, **fields)
         _, flipped = goals.send(
             part_id=part_id, kick_height=3 * KICK, drops=3000, seed=5
         ).result()
-        answer = cell.good("feeding", **fields)
+        answer = planned(cell, **fields)
         goals.close()
         assert answer.transition == flipped.transition != unplanned.transition
         assert f"{sum(flipped.flips)} flips" in answer.message
@@ -135,63 +135,78 @@ class TestFlips:
         job_id = start(cell, part_id, LONG)
         goal = goals.send(part_id=part_id, kick_height=KICK, drops=LONG // 10)
         goal.first_feedback()
-        assert (
-            cell.good("feeding", part_id=part_id, kick_height=4 * KICK, **ASKED).flips
-            > 0.0
-        )
+        assert planned(cell, part_id=part_id, kick_height=4 * KICK, **ASKED).flips > 0.0
         assert not goal.ended and reached(cell, job_id, RUNNING).status.drops_done > 0
         goal.cancel()
         goal.result()
         goals.close()
 
     def test_others_are_answered_while_it_flips(self, tuned):
-        """Flips that take all the time that there is for them; a question is worked on
-        once.
+        """Flips that take all the time that there is for them; equal questions share
+        them, also where one of them is cancelled.
         """
-        assert tuned.set(drops=10**7, max_job_seconds=4.0) == {}
+        assert tuned.set(drops=10**7, max_job_seconds=3.0) == {}
         part_id = known_part(tuned)
-        for name in ("get_statistics", "feeding"):
-            tuned.service(name)  # whose first answer may take a while
-        late = [
-            tuned.send("feeding", part_id=part_id, kick_height=KICK, **ASKED)
-            for _ in range(3)
+        goals = plans(tuned)
+        first, *others = [
+            goals.send(part_id=part_id, kick_height=KICK, **ASKED) for _ in range(3)
         ]
+        feedback = first.first_feedback()
+        assert (feedback.kick_heights_done, feedback.kick_heights_total) == (0, 1)
+        assert 0 < feedback.flips_done <= feedback.flips_total
         tuned.good("get_statistics", part_id=part_id)
-        assert not any(future.done() for future in late)
-        answers = [wait_for(future) for future in late]
+        first.cancel()
+        status, result = first.result()
+        assert status == GoalStatus.STATUS_CANCELED
+        assert (result.success, result.message) == (False, "cancelled by a client")
+        assert not any(goal.ended for goal in others)
+        answers = [goal.result()[1] for goal in others]
         assert all(answer.success for answer in answers)
         assert len({answer.message for answer in answers}) == 1
+
+    def test_a_cancelled_plan_flips_no_more(self, tuned):
+        """Of three kicks, each of which may take minutes."""
+        assert tuned.set(drops=10**7) == {}
+        part_id = known_part(tuned)
+        health = Health(tuned)
+        goal = plans(tuned).send(
+            part_id=part_id,
+            plate_length=0.3,
+            plate_width=0.2,
+            kick_heights=[KICK, 2 * KICK, 3 * KICK],
+            **ASKED,
+        )
+        assert goal.first_feedback().kick_heights_total == 3
+        goal.cancel()
+        assert goal.result()[0] == GoalStatus.STATUS_CANCELED
+        health.line("flips", lambda line, _: line.message == "idle")
 
     def test_the_node_s_own_kick(self, tuned):
         assert tuned.set(flip_height=KICK, drops=300) == {}
         fields = {"part_id": known_part(tuned), **ASKED}
-        answer = tuned.good("feeding", kick_height=-1.0, **fields)
+        answer = planned(tuned, kick_height=-1.0, **fields)
         assert (
-            answer == tuned.good("feeding", kick_height=KICK, **fields)
-            and answer.flips > 0.0
+            answer == planned(tuned, kick_height=KICK, **fields) and answer.flips > 0.0
         )
-        assert tuned.good("feeding", **fields).flips == 0.0
+        assert planned(tuned, **fields).flips == 0.0
         tuned.set(flip_height=0.0)
-        assert tuned.good("feeding", kick_height=-1.0, **fields).flips == 0.0
+        assert planned(tuned, kick_height=-1.0, **fields).flips == 0.0
 
-    def test_a_full_queue_is_refused(self, tuned, node):
+    def test_a_full_queue_is_refused(self, tuned):
         assert tuned.set(drops=10**7, max_job_seconds=0.6, max_queued_jobs=1) == {}
         part_id = known_part(tuned)
-        tuned.service("feeding")
-        with standing(node.process.pid):  # all are there at once
-            futures = [
-                tuned.send("feeding", part_id=part_id, kick_height=n * KICK, **ASKED)
-                for n in range(1, 7)
-            ]
-        first, *others = [wait_for(future) for future in futures]
-        assert first.success and any(
-            "max_queued_jobs" in future.message for future in others
-        )
+        goals = [
+            plans(tuned).send(part_id=part_id, kick_height=n * KICK, **ASKED)
+            for n in range(1, 7)
+        ]
+        (_, first), *others = [goal.result() for goal in goals]
+        assert first.success
+        assert any("max_queued_jobs" in result.message for _, result in others)
         tuned.set(
             max_queued_jobs=0
         )  # a question that was accepted needs no further place
-        tuned.good(
-            "feeding",
+        planned(
+            tuned,
             part_id=part_id,
             plate_length=0.3,
             plate_width=0.2,
@@ -225,8 +240,8 @@ class TestPlan:
         part_id = new_id()
         statistics = cell.good("estimate", part=flat(WEDGE, part_id)).statistics
         flip(cell, part_id, 0.03, 0.011)
-        answer = cell.good(
-            "feeding",
+        answer = planned(
+            cell,
             part_id=part_id,
             plate_length=0.3,
             plate_width=0.2,
@@ -273,8 +288,8 @@ class TestPlan:
         low, value, high = interval(answer, "parts_per_minute")
         assert printed["per_minute"] == {"value": value, "low": low, "high": high}
         assert answer.kick_height > 0.0 and answer.flips > 0.0 and low < value < high
-        assert "a kick height of 0 m" in cell.refused(
-            "feeding",
+        assert "a kick height of 0 m" in refused_plan(
+            cell,
             part_id=part_id,
             plate_length=0.3,
             plate_width=0.2,
@@ -289,8 +304,8 @@ class TestPlan:
         for _ in range(5):
             surface = trimesh.remesh.subdivide(*surface)
         cell.good("estimate", part=flat(surface, part_id))
-        answer = cell.good(
-            "feeding",
+        answer = planned(
+            cell,
             part_id=part_id,
             plate_length=0.3,
             plate_width=0.2,
@@ -306,21 +321,24 @@ class TestPlan:
         fields = {
             "part_id": part_id,
             "kick_height": 0.011,
-            "feeder_speed": "slow",
+            "feeder_setting": "slow",
             **ASKED,
         }
-        assert "got 'slow'; there is none" in cell.refused("feeding", **fields)
+        assert "got 'slow'; there is none" in refused_plan(cell, **fields)
         from_pose = statistics.poses[0].index
         flip(cell, part_id, 0.011)
         counting(cell).publish(
             *(
-                counted(statistics, [1, 2], from_pose=from_pose, feeder_speed=speed)
-                for speed in ("", "slow")
+                counted(statistics, [1, 2], from_pose=from_pose, feeder_setting=setting)
+                for setting in ("", "slow")
             )
         )
-        answer = until(
-            lambda: (candidate := cell.call("feeding", **fields)).success and candidate
-        )
+
+        def plan():
+            _, result = plans(cell).send(**fields).result()
+            return result if result.success else None
+
+        answer = until(plan, "a plan by counted flips")
         counts = np.zeros((POSES, POSES), np.int64)
         counts[from_pose, [statistics.poses[0].index, statistics.poses[1].index]] = 1, 2
         model = simulate_flips(library_part(WEDGE), 0.011, 10_000 // POSES, seed=1)
@@ -328,8 +346,8 @@ class TestPlan:
         np.testing.assert_allclose(
             answer.transition, expected.transition.ravel(), rtol=1e-12
         )
-        assert "'fast'; there is 'slow'" in cell.refused(
-            "feeding", **{**fields, "feeder_speed": "fast"}
+        assert "'fast'; there is 'slow'" in refused_plan(
+            cell, **{**fields, "feeder_setting": "fast"}
         )
 
 
@@ -340,32 +358,32 @@ class TestPlan:
         ({"part_id": "nobody"}, "'nobody'"),
         ({"wanted": [POSES]}, f"got {POSES}"),
         ({"wanted": []}, "got none"),
-        ({"rate": 0.0}, "a rate above 0"),
-        ({"rate": math.nan}, "a rate above 0"),
-        ({"cycle_time": -1.0}, "a cycle time of 0 s or more"),
+        ({"dropped_per_minute": 0.0}, "a rate above 0"),
+        ({"dropped_per_minute": math.nan}, "a rate above 0"),
+        ({"cycle_seconds": -1.0}, "a cycle time of 0 s or more"),
         ({"kick_height": math.nan}, "a kick_height in metres"),
         ({"kick_height": math.inf}, "a kick_height in metres"),
         ({"plate_width": -1.0}, "a plate with sides above 0 m"),
         (
-            {"plate_width": 0.2, "plate_length": 0.3, "look_time": -1.0},
-            "a camera_time of 0 or more",
+            {"plate_width": 0.2, "plate_length": 0.3, "look_seconds": -1.0},
+            "a look_seconds of 0 or more",
         ),
     ],
 )
 def test_what_is_no_question_is_refused_in_one_line(cell, fields, words, kick):
     request = {"part_id": known_part(cell), "kick_height": kick, **ASKED, **fields}
-    assert words in cell.refused("feeding", **request)
+    assert words in refused_plan(cell, **request)
 
 
 def test_where_every_pose_is_wanted_there_is_nothing_to_do(cell):
     part_id = new_id()
     statistics = cell.good("estimate", part=flat(WEDGE, part_id)).statistics
-    answer = cell.good(
-        "feeding",
+    answer = planned(
+        cell,
         part_id=part_id,
         kick_height=KICK,
-        rate=30.0,
-        cycle_time=1.0,
+        dropped_per_minute=30.0,
+        cycle_seconds=1.0,
         wanted=list(range(len(statistics.poses))),
     )
     assert (answer.accepted, answer.flips, answer.accepted_per_minute) == (

@@ -28,7 +28,7 @@ from .harness.bags import assert_readable_by_others, bags_of, ends, recorded
 from .harness.camera import counted, counting
 from .harness.cell import Health, MeshPublisher, cell_of, latched
 from .harness.client import CANCELLED, RUNNING, until, wait_for
-from .harness.goals import Goals
+from .harness.goals import Goals, plans
 from .harness.jobs import LONG, finished, known_part, running_with_results, start
 from .harness.listed import rows
 from .harness.parts import WEDGE, flat, mesh, new_id
@@ -357,23 +357,22 @@ def ended(domain, tmp_path_factory):
         counting(client).publish(
             open_ended, *(counted(model, [number]) for number in range(300))
         ).acknowledged()
-        client.service("feeding")
+        plan = plans(client)
         slow = client.send("estimate", part=flat(ellipsoid(120_000), "long"))
         with standing(builder_at_work(node.process.pid)) as builder:
             outcomes["many"] = [
                 client.send("estimate", part_id=part_id, restitution=0.3 + 1e-4 * k)
                 for k in range(200)
             ]
-            feeding = client.send(
-                "feeding",
+            feeding = plan.send(
                 part_id=part_id,
                 wanted=[0],
-                rate=40.0,
-                cycle_time=0.5,
+                dropped_per_minute=40.0,
+                cycle_seconds=0.5,
                 kick_height=0.012,
             )
         node.stop(signal.SIGTERM)
-        outcomes["waited"] = [wait_for(future) for future in (slow, feeding)]
+        outcomes["waited"] = wait_for(slow), feeding.result()[1]
         outcomes["many"] = [wait_for(future) for future in outcomes["many"]]
         outcomes["goal"] = goal.result()[1]
         until(lambda: is_gone(builder), "the end of the builder")

@@ -308,8 +308,10 @@ def test_counts_of_a_version_with_other_poses_go_to_those_with_their_down():
     ground = Ground(Numbering(0.0025, 192), "")
     counts.tally = Tally(ground, total, 5)
     counts.tally.flips["slow"] = Counter({(0, 7): 3, (9, 8): 4})
-    seen = PoseCounts(cluster_tolerance=0.0025, round_sides=192, index=[2], count=[0])
-    assert counts.add(seen, len(new))
+    result = PoseStatistics(
+        cluster_tolerance=0.0025, round_sides=192, poses=[StablePose()] * len(new)
+    )
+    assert counts.add(PoseCounts(index=[2], count=[0]), result)
     lying = [pose.index for pose in old if abs(pose.down[2]) < 0.5]
     rim = next(pose.index for pose in new if abs(pose.down[2]) < 0.5)
     assert counts.tally.total[rim] == total[lying].sum()
@@ -463,9 +465,7 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     camera_counts.Cameras(equipment, parts)
     kind, _, take = equipment.node.create_subscription.call_args_list[2].args[:3]
     equipment.node.create_subscription().handle.take_message.return_value = None
-    three = kind(
-        part_id="clamp", index=[0], count=[3], round_sides=192, cluster_tolerance=0.0025
-    )
+    three = kind(part_id="clamp", index=[0], count=[3])
     take(
         serialize_message(three),
         {"publication_sequence_number": 1, "source_timestamp": 1},

@@ -49,7 +49,7 @@ def test_a_row_is_the_mean_of_a_dirichlet(kicks):
     np.testing.assert_allclose(learnt.counts, flips * learnt.transition, rtol=1e-12)
     error = np.sqrt(learnt.transition * (1.0 - learnt.transition) / (flips + 1.0))
     np.testing.assert_allclose(learnt.standard_error, error, rtol=1e-9)
-    assert (learnt.feeder_speed, learnt.observed) == ("slow", 40 * poses)
+    assert (learnt.feeder_setting, learnt.counted_flips) == ("slow", 40 * poses)
 
 
 def test_the_kick_is_the_one_that_was_counted(kicks):

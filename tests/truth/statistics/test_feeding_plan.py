@@ -18,7 +18,7 @@ from tests.answers import by_index
 ROOM = 0.3, 0.2
 WANTED = [0, 1]
 PICKED = np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
-CELL = feeding_plan.FeederCell(60.0, ROOM, 0.002, cycle_time=0.7, pick_time=0.8)
+CELL = feeding_plan.FeederCell(60.0, ROOM, 0.002, cycle_seconds=0.7, pick_seconds=0.8)
 
 
 @pytest.fixture(scope="module")
@@ -141,11 +141,11 @@ def simulated_rate(plan, shares, moves, free, cycles, seed):
             in_reach = np.isin(pose, WANTED) & (random.random(parts) < free[pose])
             picked += in_reach.sum()
             seconds += (
-                CELL.drop_time
-                + CELL.camera_time
-                + CELL.pick_time * in_reach.sum()
+                CELL.drop_seconds
+                + CELL.look_seconds
+                + CELL.pick_seconds * in_reach.sum()
                 + 60.0 / CELL.rate * fresh
-                + CELL.cycle_time * (kick > 0)
+                + CELL.cycle_seconds * (kick > 0)
             )
             pose = (
                 (random.random((parts, 1)) > ends[pose])
@@ -201,12 +201,12 @@ def test_no_other_policy_takes_less_time(dropped, flips):
     shares = by_index(dropped)
     parts = 8
     free = plate.pick_mask * plate.fill(shares).free_probability(np.array([parts]))[0]
-    kick = (CELL.cycle_time + CELL.drop_time + CELL.camera_time) / parts
-    drop = 60.0 / CELL.rate + (CELL.drop_time + CELL.camera_time) / parts
+    kick = (CELL.cycle_seconds + CELL.drop_seconds + CELL.look_seconds) / parts
+    drop = 60.0 / CELL.rate + (CELL.drop_seconds + CELL.look_seconds) / parts
 
     def seconds(flipped):
         rows = np.where(flipped[:, None], moves, shares) * (1.0 - free)[:, None]
-        cost = free * CELL.pick_time + (1.0 - free) * np.where(flipped, kick, drop)
+        cost = free * CELL.pick_seconds + (1.0 - free) * np.where(flipped, kick, drop)
         return np.linalg.solve(np.eye(6) - rows, cost)
 
     policies = [
@@ -280,7 +280,7 @@ def test_landings_that_were_seen_tell_nothing_of_flips(dropped, flips):
     """A kick is as unsure as before, but for what landings are on its plate."""
     model, counted = (
         feeding_plan.plan_feeding(
-            replace(dropped, observed=parts), WANTED, CELL, flips[2:]
+            replace(dropped, counted_parts=parts), WANTED, CELL, flips[2:]
         ).best.per_minute
         for parts in (0, 10**6)
     )
@@ -290,7 +290,7 @@ def test_landings_that_were_seen_tell_nothing_of_flips(dropped, flips):
 def test_no_more_is_picked_than_is_dropped():
     coin = estimate(part_from_mesh(*shapes.cylinder(64, 0.01, 0.0015)), "split")
     cell = feeding_plan.FeederCell(
-        20.0, ROOM, pick_time=0.0, camera_time=0.0, drop_time=0.0
+        20.0, ROOM, pick_seconds=0.0, look_seconds=0.0, drop_seconds=0.0
     )
     rate = feeding_plan.plan_feeding(coin, [0, 1], cell).best.per_minute
     assert rate.low < 19.0 < rate.value < rate.high <= 20.0 + 1e-9

@@ -3,6 +3,7 @@ calibration.
 """
 
 import math
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -343,6 +344,51 @@ def test_poses_of_a_group_share_counts_unless_these_are_unequal():
     shares = [pose.probability for pose in unequal.by_index.values()]
     assert shares[0] > 1.5 * shares[1]
     assert shares[2] == shares[3] and sum(shares) == pytest.approx(1.0)
+
+
+PREDICTED = np.array([0.38, 0.20, 0.14, 0.13, 0.10, 0.05])
+
+
+@pytest.mark.parametrize(
+    ("error", "counts", "is_told"),
+    [
+        (0.02, [2000, 600, 400, 0, 0, 0], True),
+        (0.05, [2000, 600, 400, 0, 0, 0], True),
+        (0.05, [500, 160, 120, 100, 80, 40], False),  # six points, as it errs itself
+        (
+            0.005,
+            [430, 190, 120, 110, 100, 50],
+            False,
+        ),  # three points of a thousand parts
+        (
+            0.005,
+            [8600, 3800, 2400, 2200, 2000, 1000],
+            True,
+        ),  # the same of twenty thousand
+        (math.nan, [2000, 600, 400, 0, 0, 0], False),  # nobody knows what it errs by
+    ],
+)
+def test_a_cell_that_is_farther_from_the_model_than_chance_is_told(
+    error, counts, is_told
+):
+    """No plate's error is doubted: that would be `CONFLICT`."""
+    model = estimated(part_from_mesh(*shapes.box(0.02, 0.03, 0.012)), "split")
+    poses = [
+        replace(pose, probability=probability, group=pose.index)
+        for pose, probability in zip(model.by_index.values(), PREDICTED, strict=True)
+    ]
+    model = replace(model, poses=tuple(poses), expected_error=error, plate_error=0.3)
+    assert math.isnan(model.model_gap)
+    statistics = observe_counts(model, counts)
+    shares = np.array(counts) / sum(counts)
+    gap = np.sqrt(np.mean((PREDICTED - shares) ** 2))
+    assert statistics.model_gap == pytest.approx(gap)
+    assert statistics.warnings == model.warnings
+    notes = [note for note in statistics.notes if note.startswith("MODEL_GAP: ")]
+    assert len(notes) == is_told
+    if is_told:
+        assert f"{100.0 * gap:.2g} points" in notes[0]
+        assert " most: counted " in notes[0]
 
 
 def test_what_a_plate_errs_by_is_learnt_from_other_parts():

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rclpy.serialization import deserialize_message
-from ros_pose_stats_msgs.action import SimulateDrops, SimulateFlips
+from ros_pose_stats_msgs.action import PlanFeeding, SimulateDrops, SimulateFlips
 from ros_pose_stats_msgs.msg import ObservedParts, PartMesh, PoseCounts
 from shape_msgs.msg import Mesh
 
@@ -137,6 +137,7 @@ def requests_and_goals(setting: Setting) -> Outcome:
         for kind, name in (
             (SimulateDrops, "simulate_drops"),
             (SimulateFlips, "simulate_flips"),
+            (PlanFeeding, "plan_feeding"),
         ):
             goals = Goals(goals_client, name)
             for goal in _readable(
@@ -308,7 +309,7 @@ def _use(client, publisher, camera, name):
         assert_line(response.message)
     for service in ("get_drop_simulation", "cancel_drop_simulation"):
         assert not client.call(service, job_id=name).success
-    camera.publish(PoseCounts(part_id=name, plate=name, part_digest=name))
+    camera.publish(PoseCounts(part_id=name, plate=name))
     publisher.publish(part)
     if answer.success and started.success:
         finished(client, started.job_id)

@@ -28,7 +28,6 @@ SERVICES = {
     "get_statistics": srv.GetStatistics,
     "forget_part": srv.ForgetPart,
     "get_drop_simulation": srv.GetDropSimulation,
-    "feeding": srv.FeedingAnswer,
     "cancel_drop_simulation": srv.CancelDropSimulation,
     "fit_plate": srv.FitPlate,
     "list_drop_simulations": srv.ListDropSimulations,

@@ -87,6 +87,7 @@ GOOD = {
     "izz": 1e-5,
     "drops": 20,
     "round_sides": 192,
+    "numbering": 0,
     "index": 0,
     "from_pose": -1,
     "body": -1,

@@ -19,12 +19,12 @@ def add_counts_option(command: argparse._ActionsContainer) -> None:
         "--counts",
         metavar="FILE",
         help="CSV file of flips that were counted, "
-        "with the columns speed (its name), from and to (index of a pose), count",
+        "with the columns setting (its name), from and to (index of a pose), count",
     )
 
 
 def read_flips(file: str | None, pose_count: int) -> "dict[str, Index]":
-    """Flips (K, K) from pose to pose by the feeder's speed; none without a file."""
+    """Flips (K, K) from pose to pose by the feeder's setting; none without a file."""
     if file is None:
         return {}
     import numpy as np
@@ -32,23 +32,23 @@ def read_flips(file: str | None, pose_count: int) -> "dict[str, Index]":
     from ....core.plates.counts import read_table
 
     flips: dict[str, Index] = {}
-    rows = read_table(Path(file), "speed, from, to, count", "slow,3,0,41")
-    for speed, (start, end, count) in rows:
+    rows = read_table(Path(file), "setting, from, to, count", "slow,3,0,41")
+    for setting, (start, end, count) in rows:
         if max(start, end) >= pose_count:
             raise RequestError(
                 f"poses 0 to {pose_count - 1}",
                 f"{max(start, end)} in {file}",
                 "count with the numbers that estimate shows",
             )
-        if speed not in flips:
-            flips[speed] = np.zeros((pose_count, pose_count), np.int64)
-        flips[speed][start, end] += count
-    for speed, counts in flips.items():
+        if setting not in flips:
+            flips[setting] = np.zeros((pose_count, pose_count), np.int64)
+        flips[setting][start, end] += count
+    for setting, counts in flips.items():
         if not counts.any():
             raise RequestError(
-                "flips at every speed",
-                f"none at {speed} in {file}",
-                "count some, or leave the speed out",
+                "flips at every setting",
+                f"none at {setting} in {file}",
+                "count some, or leave the setting out",
             )
     return flips
 
@@ -74,13 +74,13 @@ def kick_from_heights(
     )
 
 
-def learn_speeds(
+def learn_settings(
     simulated_flips: "list[FlipStatistics]", counted_flips: "dict[str, Index]"
 ) -> "list[FlipStatistics]":
-    """Flips at each of a feeder's speeds, from those of the model and those counted."""
+    """Flips at each of a feeder's settings, from those of the model and those counted."""
     from ....core.statistics.feeding import learn_flips
 
     return [
-        learn_flips(simulated_flips, counts, speed)
-        for speed, counts in counted_flips.items()
+        learn_flips(simulated_flips, counts, setting)
+        for setting, counts in counted_flips.items()
     ]

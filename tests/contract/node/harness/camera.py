@@ -27,10 +27,8 @@ def counted(model, numbers, **fields):
         PoseCounts(
             **{
                 "part_id": model.part_id,
-                "part_digest": model.part_digest,
+                "numbering": model.numbering,
                 "plate": model.plate,
-                "cluster_tolerance": model.cluster_tolerance,
-                "round_sides": model.round_sides,
                 "index": index,
                 "count": numbers,
                 **fields,
@@ -72,11 +70,11 @@ def seeing(client):
     ).matched()
 
 
-def learnt(client, part_id, observed):
+def learnt(client, part_id, parts):
     """What is latched, once it has learnt from so many parts."""
 
     def told():
         result = latched(client, part_id)
-        return result if result.observed == observed else None
+        return result if result.counted_parts == parts else None
 
-    return until(told, f"a result of {observed} parts")
+    return until(told, f"a result of {parts} parts")

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from contextlib import ExitStack
 from functools import cache
 
 import rclpy
@@ -23,7 +24,6 @@ from .node import PATIENCE
 SERVICES = {
     "estimate": srv.EstimatePoses,
     "get_statistics": srv.GetStatistics,
-    "feeding": srv.FeedingAnswer,
     "fit_plate": srv.FitPlate,
     "forget_part": srv.ForgetPart,
     "start_drop_simulation": srv.StartDropSimulation,
@@ -107,6 +107,8 @@ class Client:
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
         self._clients = {}
+        self.plans = None  # the client of an action, once it is wanted
+        self.closing = ExitStack()
         self._open = True
         self._thread = threading.Thread(target=self._spin)
         self._thread.start()
@@ -129,7 +131,8 @@ class Client:
         self._thread.join()
 
     def close(self):
-        # first of all: spinning in a context that ends meanwhile fails
+        self.closing.close()
+        # before all else: spinning in a context that ends meanwhile fails
         self.stop_spinning()
         self.executor.shutdown()
         self.node.destroy_node()

@@ -2,13 +2,18 @@
 
 import threading
 
+from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
-from ros_pose_stats_msgs.action import SimulateDrops, SimulateFlips
+from ros_pose_stats_msgs.action import PlanFeeding, SimulateDrops, SimulateFlips
 
 from .client import until, wait_for
 from .node import PATIENCE
 
-ACTIONS = {"simulate_drops": SimulateDrops, "simulate_flips": SimulateFlips}
+ACTIONS = {
+    "plan_feeding": PlanFeeding,
+    "simulate_drops": SimulateDrops,
+    "simulate_flips": SimulateFlips,
+}
 
 
 class Goals:
@@ -89,3 +94,28 @@ class Goal:
         """Status and result, once there."""
         answer = wait_for(self._result, "a result")
         return answer.status, answer.result
+
+
+def plans(client):
+    """The client of ~/plan_feeding, which lasts as long as the node's."""
+    if client.plans is None:
+        client.plans = Goals(client, "plan_feeding")
+        client.closing.callback(client.plans.close)
+    return client.plans
+
+
+def planned(client, **fields):
+    """A plan that must succeed."""
+    status, result = plans(client).send(**fields).result()
+    assert result.success, result.message
+    assert status == GoalStatus.STATUS_SUCCEEDED
+    return result
+
+
+def refused_plan(client, **fields):
+    """A plan that must be refused, in one line; its message."""
+    status, result = plans(client).send(**fields).result()
+    assert status == GoalStatus.STATUS_ABORTED and not result.success
+    assert result.message and "\n" not in result.message
+    assert "internal failure" not in result.message
+    return result.message

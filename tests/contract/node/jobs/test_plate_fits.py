@@ -91,7 +91,7 @@ def test_a_plate_is_learnt_written_and_used(tuned, tmp_path):
             answer.restitution,
             answer.drop_height,
         )
-        assert (statistics.method, statistics.observed) == ("observed", 400)
+        assert (statistics.method, statistics.counted_parts) == ("observed", 400)
         assert (
             statistics.plate_error < answer.plate_error
         )  # surer than its plate alone makes it

@@ -15,6 +15,7 @@ from ..harness.bags import assert_readable_by_others, bags_of, recorded
 from ..harness.camera import counted, counting, learnt
 from ..harness.cell import Health, MeshPublisher, cell_of, latched
 from ..harness.client import CANCELLED, Client, until, wait_for
+from ..harness.goals import planned
 from ..harness.jobs import LONG, finished, get, running_with_results, start
 from ..harness.listed import rows
 from ..harness.node import NodeProcess
@@ -60,22 +61,22 @@ def first_life(client):
     until(lambda: latched(client, "cad").drops, "its check")
     answer = client.good("estimate", part=flat(scaled(1.5), "seen")).statistics
     counting(client).publish(
-        counted(answer, [9, 1], from_pose=answer.poses[1].index, feeder_speed="slow"),
+        counted(answer, [9, 1], from_pose=answer.poses[1].index, feeder_setting="slow"),
         counted(answer, [30, 70]),
     ).acknowledged()
     learnt(client, "seen", 100)
 
 
 def fed(client):
-    """What a feeder gets at a speed whose flips were counted."""
-    return client.good(
-        "feeding",
+    """What a feeder gets at a setting whose flips were counted."""
+    return planned(
+        client,
         part_id="seen",
         wanted=[0],
-        rate=60.0,
-        cycle_time=1.0,
+        dropped_per_minute=60.0,
+        cycle_seconds=1.0,
         kick_height=0.012,
-        feeder_speed="slow",
+        feeder_setting="slow",
     )
 
 
@@ -95,7 +96,7 @@ def assert_restored(client, expected):
             "part_digest",
             "method",
             "drops",
-            "observed",
+            "counted_parts",
             "seed",
             "restitution",
         ):
@@ -177,7 +178,7 @@ def test_counted_flips_are_known_again_and_are_no_landings(lives):
         answer.message.endswith("and 10 seen.")
         for answer in (lives.fed, lives.fed_again)
     )
-    assert lives.first["seen"].observed == 100
+    assert lives.first["seen"].counted_parts == 100
 
 
 def test_a_second_node_of_the_name_is_refused_with_the_first_one_s_process(lives):
@@ -239,7 +240,8 @@ def third(lives, begin, folder):
 
 def test_a_kill_loses_nothing_that_was_acknowledged(lives, third, folder):
     assert (
-        third.shown["simulated"].drops == 20_000 and third.shown["seen"].observed == 102
+        third.shown["simulated"].drops == 20_000
+        and third.shown["seen"].counted_parts == 102
     )
     assert third.shown["own scene"].part_digest == lives.first["own scene"].part_digest
     assert third.job.status.state == CANCELLED and "the node ended" in third.job.message
@@ -272,7 +274,7 @@ def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
         )
         assert current["simulated"].revision > third.shown["simulated"].revision
         assert current["own scene"].restitution == 0.2
-        assert current["seen"].observed == 102
+        assert current["seen"].counted_parts == 102
         client.good("forget_part", part_id="own scene")
         part_ids = set(current) - {"own scene"}
         node.kill()
@@ -286,7 +288,7 @@ def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
         shutil.rmtree(bag)
     with begin() as (_, client):
         until(lambda: shown(client).keys() == part_ids, "all results")
-        assert latched(client, "seen").observed == 102
+        assert latched(client, "seen").counted_parts == 102
         assert get(client, lives.job_id).status.state == CANCELLED
     (file,) = folder.glob("lives.*.sqlite3")
     file.write_bytes(file.read_bytes()[:-5000])
