@@ -161,8 +161,8 @@ def observe_counts(
     warning. `expected_error` and `plate_error` both are the error against
     the plate, and `model_gap` is what lies between the prediction and the shares that
     were counted. A gap that is neither chance nor the model's own error has the note
-    `MODEL_GAP`, unless the counts refute the model. Without any count, the model itself.
-    Raises RequestError if there are not P counts from 0 up.
+    `MODEL_GAP`, unless the counts refute the model. Without any count, the model
+    itself. Raises RequestError if there are not P counts from 0 up.
     """
     poses = list(model.by_index.values())
     pose_counts = np.asarray(counts)

@@ -229,7 +229,7 @@ hundred."""
 def learn_flips(
     kicks: Sequence[FlipStatistics], counts: ArrayLike, feeder_setting: str = ""
 ) -> FlipStatistics:
-    """Combine flips that were counted at one setting of a feeder with those of the model.
+    """Combine flips counted at one setting of a feeder with those of the model.
 
     The kick height is that of the model's kicks which explains the counts best. Each
     row is a Dirichlet about that kick's row, which stands for as many flips as agrees
@@ -249,8 +249,8 @@ def learn_flips(
     -------
     FlipStatistics
         `transition` has the means, `standard_error` theirs, and `counts` the flips as
-        which each row is known, those of the model included; `counted_flips` is the number
-        counted.
+        which each row is known, those of the model included; `counted_flips` is their
+        number without these.
 
     Raises
     ------

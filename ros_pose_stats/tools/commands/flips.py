@@ -34,8 +34,8 @@ def register(commands: arguments.Commands) -> None:
         "its contact polygon, and count where it comes to rest. With the wanted poses "
         "it says what a feeder gets by kicking parts that lie wrong, and by dropping "
         "them again; `feeding` finds the kick that feeds fastest. With flips that a "
-        "cell has counted it gives the matrix of each of the feeder's settings: what was "
-        "counted, with the model's kick that explains it best where little was.",
+        "cell has counted it gives the matrix of each of the feeder's settings: what "
+        "was counted, with the model's kick that explains it best where little was.",
         examples=(
             "ros_pose_stats flips demo/clamp.stl --unit mm --kick 0.02 --wanted 0 1",
         ),
@@ -226,8 +226,9 @@ def describe_flips(part: "Part", flips: "FlipStatistics") -> list[str]:
     )
     if flips.feeder_setting:
         return [
-            f"{part.part_id}: {several(flips.counted_flips, 'flip')} counted at setting "
-            f"{flips.feeder_setting}; the model's kick that explains them best:",
+            f"{part.part_id}: {several(flips.counted_flips, 'flip')} counted at "
+            f"setting {flips.feeder_setting}; the model's kick that explains them "
+            "best:",
             kick,
         ]
     return [

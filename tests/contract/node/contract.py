@@ -92,22 +92,3 @@ STATES = {
     "CANCELLED": 4,
     "FAILED": 5,
 }
-
-FIELDS = {
-    "PartMesh": "header part_id mesh vertices triangles unit inertia restitution "
-    "drop_height mesh_resource mesh_resource_unit body",
-    "StablePose": "index pose_id group pose down height top margin barrier spread "
-    "probability probability_low probability_high standard_error count support_polygon "
-    "outline",
-    "PoseStatistics": "header part_id part_digest radius bodies unit unit_guessed method restitution "
-    "drop_height cluster_tolerance drops unsettled seed expected_error largest_error "
-    "plate_error plate compute_time job_id revision final version poses warnings scene",
-    "PoseCounts": "header part_id numbering plate drop_height "
-    "index count unclassified from_pose feeder_setting",
-    "ObservedParts": "header part_id numbering poses confidence from_pose feeder_setting",
-    "JobStatus": "job_id part_id state code drops_done drops_total",
-    "JobEvent": "header status part_forgotten part_digest refinement restitution "
-    "drop_height cluster_tolerance round_sides seed target_error max_seconds message",
-    "DropRecords": "header job_id part_digest first_drop start_down pose_index impacts "
-    "seconds energy_left stopped_at_trap",
-}

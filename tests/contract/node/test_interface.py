@@ -1,6 +1,7 @@
 """Every name of the contract is there, under its type, with its quality of service."""
 
 import math
+import re
 
 import pytest
 from rcl_interfaces.msg import ParameterType
@@ -10,12 +11,16 @@ from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from ros_pose_stats_msgs import action, msg, srv
 
-from .contract import ACTION, DEFAULTS, FIELDS, PUBLICATIONS, SERVICES, SUBSCRIPTIONS
+from tests.running import ROOT
+
+from .contract import ACTION, DEFAULTS, PUBLICATIONS, SERVICES, SUBSCRIPTIONS
 from .harness.client import until
 from .harness.jobs import known_part
+from .interfaces import INTERFACES
 
 NODE = ("pose_stats", "/")
 RCLError = rclpy_implementation.RCLError
+PLAIN_TYPES = {"boolean": "bool", "double": "float64", "float": "float32"}
 KINDS = {
     bool: ParameterType.PARAMETER_BOOL,
     int: ParameterType.PARAMETER_INTEGER,
@@ -78,11 +83,41 @@ def test_results_are_latched(cell, topic):
         assert end.qos_profile.reliability == ReliabilityPolicy.RELIABLE
 
 
-@pytest.mark.parametrize("name", FIELDS)
-def test_messages_have_their_fields(name):
-    assert set(FIELDS[name].split()) <= set(
-        getattr(msg, name).get_fields_and_field_types()
-    )
+def field_types(name):
+    """Fields of an installed interface, as its file has them."""
+    kind, _, path = name.partition("/")
+    message = {"msg": msg, "srv": srv, "action": action}[kind]
+    for part in path.split("."):
+        message = getattr(message, part)
+    fields = []
+    for field, text in message.get_fields_and_field_types().items():
+        is_sequence = text.startswith("sequence<")
+        text = text.removeprefix("sequence<").rstrip(">")
+        text = PLAIN_TYPES.get(text, text).removeprefix("ros_pose_stats_msgs/")
+        fields.append(f"{text}{'[]' * is_sequence} {field}")
+    return fields
+
+
+@pytest.mark.parametrize("name", INTERFACES)
+def test_an_interface_has_its_fields_and_no_others(name):
+    assert ", ".join(field_types(name)) == INTERFACES[name]
+
+
+def test_every_interface_is_in_the_table():
+    names = {
+        f"{kind.__name__.rpartition('.')[2]}/{name}"
+        for kind in (msg, srv, action)
+        for name in vars(kind)
+        if name[0].isupper() and "_" not in name
+    }
+    assert names == {name.partition(".")[0] for name in INTERFACES} | {"msg/Code"}
+
+
+def test_every_field_is_explained():
+    """A comment before each field, or before several that go together."""
+    for file in sorted((ROOT / "msg_defs").glob("*/*")):
+        for block in re.split(r"\n\n|---\n+", file.read_text(encoding="utf-8")):
+            assert not block.strip() or block.strip().startswith("#"), (file, block)
 
 
 @pytest.mark.parametrize(

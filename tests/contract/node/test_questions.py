@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 from action_msgs.msg import GoalStatus
+from ros_pose_stats_msgs.msg import Code
 
 from lab.bodies import shapes
 from ros_pose_stats import estimate, learn_flips, resting_poses, simulate_flips
@@ -159,6 +160,7 @@ class TestFlips:
         status, result = first.result()
         assert status == GoalStatus.STATUS_CANCELED
         assert (result.success, result.message) == (False, "cancelled by a client")
+        assert result.code == Code.CANCELLED
         assert not any(goal.ended for goal in others)
         answers = [goal.result()[1] for goal in others]
         assert all(answer.success for answer in answers)

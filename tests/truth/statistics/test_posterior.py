@@ -372,7 +372,7 @@ def test_a_cell_that_is_farther_from_the_model_than_chance_is_told(
     error, counts, is_told
 ):
     """No plate's error is doubted: that would be `CONFLICT`."""
-    model = estimated(part_from_mesh(*shapes.box(0.02, 0.03, 0.012)), "split")
+    model = estimate(part_from_mesh(*shapes.box(0.02, 0.03, 0.012)), "split")
     poses = [
         replace(pose, probability=probability, group=pose.index)
         for pose, probability in zip(model.by_index.values(), PREDICTED, strict=True)

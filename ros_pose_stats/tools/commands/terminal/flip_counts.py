@@ -77,7 +77,7 @@ def kick_from_heights(
 def learn_settings(
     simulated_flips: "list[FlipStatistics]", counted_flips: "dict[str, Index]"
 ) -> "list[FlipStatistics]":
-    """Flips at each of a feeder's settings, from those of the model and those counted."""
+    """Flips at each of a feeder's settings, of the model and counted together."""
     from ....core.statistics.feeding import learn_flips
 
     return [

@@ -5,6 +5,7 @@ import threading
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
 from ros_pose_stats_msgs.action import PlanFeeding, SimulateDrops, SimulateFlips
+from ros_pose_stats_msgs.msg import Code
 
 from .client import until, wait_for
 from .node import PATIENCE
@@ -108,6 +109,7 @@ def planned(client, **fields):
     """A plan that must succeed."""
     status, result = plans(client).send(**fields).result()
     assert result.success, result.message
+    assert result.code == Code.OK
     assert status == GoalStatus.STATUS_SUCCEEDED
     return result
 
@@ -116,6 +118,7 @@ def refused_plan(client, **fields):
     """A plan that must be refused, in one line; its message."""
     status, result = plans(client).send(**fields).result()
     assert status == GoalStatus.STATUS_ABORTED and not result.success
+    assert result.code not in (Code.OK, Code.INTERNAL)
     assert result.message and "\n" not in result.message
     assert "internal failure" not in result.message
     return result.message
