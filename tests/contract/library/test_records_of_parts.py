@@ -32,6 +32,12 @@ def digest_by_hand(part):
     return hashlib.sha256(data).hexdigest()
 
 
+def numbering_of(digest, tolerance, sides):
+    """As PoseStatistics.msg has it."""
+    data = digest.encode() + struct.pack("<dII", tolerance, sides, 1)
+    return int.from_bytes(hashlib.sha256(data).digest()[:8], "little")
+
+
 def test_the_digest_is_that_of_the_contract_and_changes_with_what_it_covers():
     mass_properties = (
         {},
@@ -129,3 +135,21 @@ def test_poses_of_equal_probability_come_by_their_index():
     for method in ("area", "csae", "meae", "split"):
         poses = estimate(part_from_mesh(*shapes.box(1.0, 1.0, 1.0)), method).poses
         assert [pose.index for pose in poses] == list(range(6))
+
+
+def test_equal_numberings_are_equal_poses():
+    """One for mesh, tolerance and sides, whatever the scene and the method."""
+    block = part_from_mesh(*shapes.box(0.03, 0.02, 0.01))
+    plain = estimate(block)
+    assert plain.numbering == numbering_of(plain.part_digest, 0.0025, 192)
+    assert plain.as_dict()["numbering"] == plain.numbering > 0
+    bouncy = estimate(block, "area", restitution=0.8, drop_height=0.1)
+    assert bouncy.numbering == plain.numbering
+    for fields, numbered in (
+        ({"cluster_tolerance": 0.0}, (0.0, 192)),
+        ({"round_sides": 0}, (0.0025, 0)),
+    ):
+        statistics = estimate(block, **fields)
+        assert statistics.numbering == numbering_of(block.digest, *numbered)
+    heavier = part_from_mesh(*shapes.box(0.03, 0.02, 0.01), mass=2.0)
+    assert estimate(heavier).numbering != plain.numbering
