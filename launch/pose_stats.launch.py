@@ -71,10 +71,10 @@ def start(context: LaunchContext) -> list:
     values = {
         name: LaunchConfiguration(name).perform(context).strip() for name in ARGUMENTS
     }
-    with_rviz = values["rviz"].lower() == "true"
+    is_set = {name: value.lower() == "true" for name, value in values.items()}
     check_file(values["params_file"])
     retries = read_count(values["respawn_max_retries"])
-    if with_rviz:
+    if is_set["rviz"]:
         check_rviz()
     # Of those who include this file as well, who may have pushed a namespace.
     pushed = context.launch_configurations.get("ros_namespace")
@@ -87,12 +87,12 @@ def start(context: LaunchContext) -> list:
         executable="pose_stats_node",
         name=NAME,
         namespace=namespace,
-        respawn=values["respawn"],
+        respawn=is_set["respawn"],
         respawn_delay=2.0,
         respawn_max_retries=retries,
         parameters=[
             values["params_file"],
-            {"use_sim_time": values["use_sim_time"].lower() == "true"},
+            {"use_sim_time": is_set["use_sim_time"]},
         ],
         # Of the node's logger alone: rcl and DDS have hundreds of lines at `debug`.
         ros_arguments=[
@@ -112,7 +112,7 @@ def start(context: LaunchContext) -> list:
             OnProcessExit(target_action=node, on_exit=end_where_refused)
         ),
         node,
-        *([rviz] if with_rviz else []),
+        *([rviz] if is_set["rviz"] else []),
     ]
 
 

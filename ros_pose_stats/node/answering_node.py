@@ -90,25 +90,40 @@ class AnsweringNode(Node):
                 self._send, service.srv_name, service.send_response
             )
 
+    def full_name(self, name: str) -> str:
+        """A topic or service of this node as others call it, after all remappings."""
+        return self.resolve_topic_name(f"~/{name}")
+
     def serve(self, kind: Any, name: str, callback: Callback) -> None:
         """Make a service whose callback may wait before it fills in the response."""
         service: Any = self.create_service(
             kind,
-            name,
+            f"~/{name}",
             lambda request, response: request,
             qos_profile=SERVICE_QUALITY,
             callback_group=callback_groups.MutuallyExclusiveCallbackGroup(),
         )
-        send = partial(self._send, name, service.send_response)
+        send = partial(self._send, self.full_name(name), service.send_response)
 
         def take_up(request: Any, header: Any) -> None:
+            begin = time.monotonic()
             answer = answer_request(
                 callback, self.get_logger().error, request, kind.Response()
             )
             answer.add_done_callback(lambda future: send(future.result(), header))
+            answer.add_done_callback(partial(self._log_answer, name, begin))
 
         # rclpy shows the header, which says where an answer goes, to this method alone.
         service.send_response = take_up
+
+    def _log_answer(self, name: str, begin: float, answer: Future[Any]) -> None:
+        """Log at the level `debug` how long a request took, and why it was refused."""
+        response = answer.result()
+        message = "" if getattr(response, "success", True) else f": {response.message}"
+        self.get_logger().debug(
+            f"{self.full_name(name)}: answered after "
+            f"{1000.0 * (time.monotonic() - begin):.1f} ms{message}"
+        )
 
     def _send(
         self, name: str, send: Callable[..., object], response: Any, header: Any

@@ -37,14 +37,14 @@ class BatchSubscription:
         self,
         equipment: Equipment,
         kind: type,
-        topic: str,
+        name: str,
         noun: str,
         hand_over: Callable[[list[bytes]], object],
     ) -> None:
         self._log = equipment.node.get_logger()
         self._floods = equipment.refusals.floods
         self._kind = kind
-        self._topic = topic
+        self._topic = equipment.node.full_name(name)
         self._noun = noun
         self._hand_over = hand_over
         self._count_lost = partial(equipment.refusals.count_lost, COUNTS)
@@ -55,7 +55,7 @@ class BatchSubscription:
         group = callback_groups.MutuallyExclusiveCallbackGroup()
         self._subscription: Any = equipment.node.create_subscription(
             kind,
-            topic,
+            f"~/{name}",
             lambda data, info: self._take_with([(data, info)]),
             DEPTH,
             raw=True,
@@ -66,7 +66,7 @@ class BatchSubscription:
         )
         equipment.node.create_subscription(
             kind,
-            topic,
+            f"~/{name}",
             self._take_unreliable,
             qos.QoSProfile(depth=DEPTH, reliability=qos.ReliabilityPolicy.BEST_EFFORT),
             raw=True,
@@ -125,8 +125,8 @@ class BatchSubscription:
         return is_copy
 
 
-COUNTS_TOPIC = "~/pose_counts"
-OBSERVED_TOPIC = "~/observed_parts"
+COUNTS_TOPIC = "pose_counts"
+OBSERVED_TOPIC = "observed_parts"
 MOST_PROBLEMS = 60  # counts in a minute that cannot be compared, and are told each
 MOST_PARTS = 10**6  # in one count
 LEAST_CONFIDENCE = 0.5  # a camera that is less sure of a part says nothing of its pose
@@ -144,6 +144,7 @@ class Cameras:
         self._settings = equipment.settings
         self._refusals = equipment.refusals
         self._log = equipment.node.get_logger()
+        self._full_name = equipment.node.full_name
         self._recorder = equipment.recorder
         self._state = equipment.state
         self._parts = parts
@@ -182,7 +183,9 @@ class Cameras:
             try:
                 counts = read(data)
             except Exception as error:  # a refusal, or a failure that is told like one
-                self._refusals.refuse(topic, describe_error(error), noun)
+                self._refusals.refuse(
+                    self._full_name(topic), describe_error(error), noun
+                )
                 continue
             if counts is not None:
                 sound.append(counts)
@@ -217,7 +220,9 @@ class Cameras:
                 if not (stamp.sec or stamp.nanosec):
                     problem += "; fill in header.stamp, which tells equal counts apart"
         if self._refusals.floods.count(kind, MOST_PROBLEMS):
-            self._log.warning(f"{COUNTS_TOPIC}: recorded, but {problem}")
+            self._log.warning(
+                f"{self._full_name(COUNTS_TOPIC)}: recorded, but {problem}"
+            )
 
     def _count_observed(self, data: bytes) -> PoseCounts | None:
         """Count the poses of parts that a camera saw; None where it saw none."""
@@ -229,7 +234,7 @@ class Cameras:
             raise RequestError(
                 "the part_id of a known part",
                 part_requests.quote_text(observed.part_id),
-                "publish its mesh on ~/part_mesh first",
+                f"publish its mesh on {self._full_name('part_mesh')} first",
             )
         if not len(observed.poses):
             return None

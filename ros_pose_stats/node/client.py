@@ -145,7 +145,7 @@ def publish_part(
     message: msg.PartMesh,
     restitution: float | None,
     drop_height: float | None,
-    topic: str,
+    name: str,
     seconds: float | None,
     arguments: Sequence[str],
     tell: Tell,
@@ -165,11 +165,12 @@ def publish_part(
     results = _PartResults(part, message)
     patience = math.inf if seconds is None else seconds
     with ros_node("part_publisher", arguments) as (node, stop):
-        publisher = node.create_publisher(msg.PartMesh, topic, LATCHED)
-        answers = publisher.topic_name.rpartition("/")[0] + "/pose_statistics"
-        node.create_subscription(msg.PoseStatistics, answers, results.take, LATCHED)
+        publisher = node.create_publisher(msg.PartMesh, f"{name}/part_mesh", LATCHED)
+        answers = node.create_subscription(
+            msg.PoseStatistics, f"{name}/pose_statistics", results.take, LATCHED
+        ).topic_name
         publisher.publish(message)
-        tell(f"{part_requests.part_line(part)} published on {topic}")
+        tell(f"{part_requests.part_line(part)} published on {publisher.topic_name}")
         spin_until(node, stop, results.are_complete, min(patience, PATIENCE))
         if results.newest is None and not stop.is_requested:
             problem = f"no node answers on {answers}; {START}"
@@ -208,7 +209,7 @@ def latched_results(
             return
         if answer is None:
             raise RequestError(
-                f"a node that answers on {name}/get_statistics",
+                f"a node that answers on {service.service_name}",
                 f"none within {PATIENCE:g} s",
                 f"{START}, or give its --node",
             )

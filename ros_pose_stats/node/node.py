@@ -15,7 +15,7 @@ from .camera_counts import Cameras
 from .equipment import Equipment
 from .jobs import Jobs, job_reports, queue, refinement, run
 from .lanes import Lanes
-from .messages.times import follow_clock, steady_timer
+from .messages.times import follow_clock, steady_timer, watch_clock
 from .participant import finish, join_ros
 from .parts import intake, part_builder
 from .parts.registry import PartRegistry
@@ -59,6 +59,7 @@ class PoseStatsNode(AnsweringNode):
     def _assemble(self) -> None:
         """Make all that a node has, or refuse its parameters."""
         follow_clock(self.get_clock())
+        watch_clock(self)
         self.table = Parameters(self, self._on_change)
         settings = self._settings
         log = self.get_logger()

@@ -128,6 +128,7 @@ class JobReports(JobListener):
 
     def started(self, job: Job) -> None:
         """Put the start on record."""
+        self._log.debug(f"{job.job_id}: RUNNING: drops of '{job.part_id}'")
         event = job_event(job, State.RUNNING)
         self._recorder.record(JOB_EVENTS, serialize_message(event))
 

@@ -141,8 +141,8 @@ def observed_parts(data: bytes, max_bytes: int) -> ObservedArrays:
     return view_message(data, ObservedParts, _read_observed_parts)
 
 
-def take_request(message: PartMesh) -> part_requests.PartRequest:
-    """Take a `PartMesh` that came in a request, and empty it."""
+def take_request(message: PartMesh, topic: str) -> part_requests.PartRequest:
+    """Take a `PartMesh` that came in a request, and empty it; large ones by `topic`."""
     try:
         for name, max_count in (
             ("triangles", MAX_NESTED),
@@ -153,7 +153,7 @@ def take_request(message: PartMesh) -> part_requests.PartRequest:
                 raise RequestError(
                     f"a nested mesh of at most {max_count} {name} in a request",
                     f"{count}",
-                    "publish it on ~/part_mesh or use the flat arrays",
+                    f"publish it on {topic} or use the flat arrays",
                 )
         return request_of_part_bytes(serialize_message(message))
     finally:

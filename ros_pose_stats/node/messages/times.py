@@ -37,6 +37,25 @@ def steady_timer(
     )
 
 
+CLOCK_SECONDS = 5.0  # that a /clock may take to come
+
+
+def watch_clock(node: Node) -> None:
+    """Warn once where time is simulated, and nobody has published it for a while."""
+
+    def look() -> None:
+        clock = node.get_clock()
+        if clock.ros_time_is_active and not clock.now().nanoseconds:
+            timer.cancel()
+            topic = node.resolve_topic_name("/clock")
+            node.get_logger().warning(
+                f"use_sim_time is true and nobody publishes {topic}: stamps are 0 "
+                "until somebody does; publish it, or set use_sim_time to false"
+            )
+
+    timer = steady_timer(node, CLOCK_SECONDS, look)
+
+
 def time_message(stamp: int) -> Time:
     """Nanoseconds as a stamp; the first or last one there is where they are beyond."""
     seconds, nanoseconds = divmod(min(max(stamp, FIRST_STAMP), LAST_STAMP), 10**9)

@@ -69,10 +69,14 @@ class Intake:
         self, request: part_requests.PartRequest, source: str, rank: Rank
     ) -> Future[KnownPart]:
         """Queue a mesh; waits for room where it is a small one that was published."""
+        lane = _lane_of(request)
+        self._log.debug(
+            f"{source}: a mesh of {request.bytes()} bytes for the {lane.name} lane"
+        )
         future = self._lanes.put(
             partial(self._take, request),
             rank,
-            _lane_of(request),
+            lane,
             request.bytes(),
             request.part_id,
         )
@@ -184,6 +188,7 @@ def _subscribe(
     read: Callable[[bytes], part_requests.PartRequest],
 ) -> None:
     """Plain and latched publishers of a topic both arrive; a copy is ignored later."""
+    full_topic = equipment.node.resolve_topic_name(topic)
     refusals = equipment.refusals
     gaps = SequenceGaps()
 
@@ -191,13 +196,13 @@ def _subscribe(
         try:
             request = read(data)
         except Exception as error:  # a refusal, or a failure that is told like one
-            refusals.refuse(topic, describe_error(error))
+            refusals.refuse(full_topic, describe_error(error))
         else:
-            source = topic + part_requests.name_suffix(request.part_id)
+            source = full_topic + part_requests.name_suffix(request.part_id)
             intake.queue(request, source, Rank.PUBLISHED_MESH)
 
     def on_numbered_mesh(data: bytes, info: Mapping[str, int]) -> None:
-        refusals.floods.count(f"meshes on {topic}")
+        refusals.floods.count(f"meshes on {full_topic}")
         refusals.count_lost(MESHES, gaps.missing_before(info))
         on_mesh(data)
 

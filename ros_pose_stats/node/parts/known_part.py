@@ -299,6 +299,10 @@ class KnownPart:
         self.latched = LatchedResult(message, model, scene, now, is_recorded)
         data = serialize_message(message)
         channel.publish(data, self)
+        self._equipment.node.get_logger().debug(
+            f"{self.part_id}: revision {message.revision} latched, by {message.method} "
+            f"with {message.drops} drops"
+        )
         model_data = serialize_message(model) if is_observed else b""
         row = (self.part_id, data, model_data, channel.newest_revision)
         self._equipment.state.put(Change("results", self.part_id, row))

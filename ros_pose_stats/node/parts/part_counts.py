@@ -141,6 +141,7 @@ class PartCounts:
         self._settings = equipment.settings
         self._state = equipment.state
         self._warn = equipment.node.get_logger().warning
+        self._topic = equipment.node.full_name("pose_counts")
         self._part_id = part_id
         self._digest = digest
         self._build = build
@@ -303,7 +304,7 @@ class PartCounts:
                 "a feeder_setting whose flips were counted",
                 f"{part_requests.quote_text(setting)}; there is "
                 f"{text.listed(settings or ['none'])}",
-                "publish ~/pose_counts with from_pose and feeder_setting",
+                f"publish {self._topic} with from_pose and feeder_setting",
             )
         counts = np.zeros((tally.total.size, tally.total.size), np.int64)
         for start_and_end, count in flips[setting].items():

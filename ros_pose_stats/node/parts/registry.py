@@ -234,11 +234,13 @@ class PartRegistry:
         if part is None:
             with self._lock:
                 names = sorted(self._parts)
+            full_name = self._equipment.node.full_name
             listed = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
             raise UnknownPartError(
                 "the part_id of a known part" + (f" ({listed})" if listed else ""),
                 part_requests.quote_text(part_id),
-                "publish its mesh on ~/part_mesh, or send it to ~/estimate",
+                f"publish its mesh on {full_name('part_mesh')}, or send it to "
+                f"{full_name('estimate')}",
             )
         return part
 

@@ -374,7 +374,7 @@ class PlateFits:
         self._equipment = equipment
         self._parts = parts
         self._use_plate = use_plate
-        equipment.node.serve(FitPlate, "~/fit_plate", self.answer)
+        equipment.node.serve(FitPlate, "fit_plate", self.answer)
 
     def answer(self, request: Any, response: Any) -> Steps:
         """Fit, and work with what was found if that is wanted."""
@@ -391,7 +391,9 @@ class PlateFits:
                     "set the parameter, or ask without apply",
                 )
             refuse_name(plate)
-        tallies = find_tallies(plate, settings.plate, self._parts.all())
+        tallies = find_tallies(
+            plate, settings.plate, self._parts.all(), self._equipment.node.full_name
+        )
         fit = yield lanes.put(partial(fit_counts, tallies), Rank.KNOWN_PART, Lane.FIT)
         fill_bounds(
             response,
@@ -420,7 +422,7 @@ class PlateFits:
         if not is_recorded:
             self._equipment.say_unrecorded(response)
         self._equipment.node.get_logger().info(
-            f"~/fit_plate: effective restitution {fit.restitution[0]:.2f}, drop height "
+            f"fit_plate: effective restitution {fit.restitution[0]:.2f}, drop height "
             f"{fit.drop_height[0]:.3g} m (-1: 20 radii). {response.message}"
         )
 
@@ -450,7 +452,10 @@ class PlateFits:
 
 
 def find_tallies(
-    plate: str, present: str, parts: Iterable[KnownPart]
+    plate: str,
+    present: str,
+    parts: Iterable[KnownPart],
+    full_name: Callable[[str], str],
 ) -> list[tuple[KnownPart, Tally]]:
     """Known parts that were counted on a plate; a count without a name is of any."""
     counted = [
@@ -469,8 +474,8 @@ def find_tallies(
         raise NotFoundError(
             f"counts of known parts on plate {part_requests.quote_text(plate)}",
             problem,
-            "publish what cameras count there on ~/pose_counts, or what they see on "
-            "~/observed_parts",
+            f"publish what cameras count there on {full_name('pose_counts')}, or what "
+            f"they see on {full_name('observed_parts')}",
         )
     return chosen
 

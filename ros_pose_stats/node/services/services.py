@@ -66,7 +66,7 @@ class Services:
             (srv.ListDropSimulations, "list_drop_simulations", self.list_jobs),
             (srv.CancelDropSimulation, "cancel_drop_simulation", self.cancel_job),
         ):
-            equipment.node.serve(kind, f"~/{name}", callback)
+            equipment.node.serve(kind, name, callback)
 
     def _find_part(
         self, request: Any
@@ -94,7 +94,9 @@ class Services:
             known_part = self._parts.find(part_id) if part_id else None
             source = f"request for {part_requests.quote_text(part_id)}"
             try:
-                mesh = part_messages.take_request(message)
+                mesh = part_messages.take_request(
+                    message, self._equipment.node.full_name("part_mesh")
+                )
                 part_requests.check_request(mesh, self._settings().max_mesh_bytes)
                 self._settings().scene(mesh.scene_override)
             except errors.PoseStatsError as refusal:

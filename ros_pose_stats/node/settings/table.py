@@ -298,7 +298,7 @@ def find_profile(plates: str, plate: str) -> PlateProfile | None:
     from ...core.plates import read_profiles
 
     remedy = (
-        "leave the parameter plate empty until ~/fit_plate or the command fit has "
+        "leave the parameter plate empty until the service fit_plate or the command fit has "
         "written it there"
     )
     try:

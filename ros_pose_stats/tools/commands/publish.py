@@ -48,12 +48,7 @@ def register(commands: arguments.Commands) -> None:
         metavar="ID",
         help="name of the part (default: the file's name without its suffix)",
     )
-    command.add_argument(
-        "--topic",
-        default="/pose_stats/part_mesh",
-        metavar="T",
-        help="topic to publish on (default: %(default)s)",
-    )
+    arguments.add_options(command, "--node")
     command.add_argument(
         "--seconds",
         type=float,
@@ -88,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
         message,
         options.restitution,
         options.drop_height,
-        options.topic,
+        options.node,
         options.seconds,
         words,
         lambda line: print(line, file=progress_stream, end="\n\n", flush=True),

@@ -30,12 +30,7 @@ def register(commands: arguments.Commands) -> None:
         metavar="PART_ID",
         help="name of a part (default: list all parts)",
     )
-    command.add_argument(
-        "--node",
-        default="/pose_stats",
-        metavar="NAME",
-        help="full name of the node (default: %(default)s)",
-    )
+    arguments.add_options(command, "--node")
     command.add_argument(
         "--watch", action="store_true", help="go on with every new result, until Ctrl-C"
     )

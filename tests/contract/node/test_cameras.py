@@ -66,7 +66,7 @@ def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model
     camera = counting(tuned)
     for words, fields in bad.items():
         camera.publish(counted(model, [50, 50], **fields))
-        node.says("~/pose_counts: recorded, but ")
+        node.says(f"{tuned.prefix}/pose_counts: recorded, but ")
         node.says(words)
     counts_of(node, model.part_id, len(bad) - 1)
     camera.publish(
@@ -74,7 +74,9 @@ def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model
         counted(model, [], index=2**18 * [7]),
         counted(model, [7], numbering=0, plate=""),
     )
-    node.says("~/pose_counts: count refused: expected a serialised PoseCounts")
+    node.says(
+        f"{tuned.prefix}/pose_counts: count refused: expected a serialised PoseCounts"
+    )
     learnt(tuned, model.part_id, 7)
     messages = raw_of(node.log_directory, on_topic("pose_counts"))
     assert not any(b"\xee" * 40 in data or len(data) > 2**20 for data in messages)
@@ -232,8 +234,8 @@ def test_what_comes_faster_than_it_can_be_recorded_is_told_as_lost(node, tuned, 
         eyes.publish(picture(model.part_id, pose))
         floods = health.latest("parts")[1]["floods"]
         return (
-            "messages on ~/observed_parts" in floods
-            and "of counts on ~/pose_counts" in floods
+            f"messages on {tuned.prefix}/observed_parts" in floods
+            and f"of counts on {tuned.prefix}/pose_counts" in floods
         )
 
     until(both_flood, "floods of both")

@@ -215,7 +215,7 @@ class TestPlates:
             ).round_sides
             == 192
         )
-        assert_refused(tuned, "plate", "oak", "'oak'", "~/fit_plate", "glass")
+        assert_refused(tuned, "plate", "oak", "'oak'", "fit_plate", "glass")
 
     def test_a_file_that_is_still_to_be_written_or_has_no_plate_named(
         self, tuned, plates, tmp_path

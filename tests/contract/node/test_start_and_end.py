@@ -125,9 +125,9 @@ def test_without_ros_or_its_messages(monkeypatch, missing, advice):
 
 
 @pytest.fixture(scope="module")
-def odd(domain, tmp_path_factory):
-    """A client of a node with parameters of every form, on simulated time, and beside a
-    pipe.
+def odd_cell(domain, tmp_path_factory):
+    """A node with parameters of every form, on simulated time, that says what it does,
+    beside a pipe; and its client.
     """
     bags = tmp_path_factory.mktemp("bags")
     run = bags / "pose_stats_20260202T024000_000000_42"
@@ -137,6 +137,8 @@ def odd(domain, tmp_path_factory):
         domain,
         bags,
         "odd",
+        "--log-level",
+        "odd.pose_stats:=debug",
         use_sim_time=True,
         restitution=0,
         max_job_seconds=5,
@@ -144,8 +146,13 @@ def odd(domain, tmp_path_factory):
         cluster_tolerance=0,
         workers=1,
         mesh_topics="[/cad/clamp, 'a=b=/cad/clamp', '~/mine', 'other=nut']",
-    ) as (_, client):
-        yield client
+    ) as (node, client):
+        yield node, client
+
+
+@pytest.fixture(scope="module")
+def odd(odd_cell):
+    return odd_cell[1]
 
 
 def test_whole_numbers_lists_and_private_topics_are_taken(odd):
@@ -161,14 +168,19 @@ def test_whole_numbers_lists_and_private_topics_are_taken(odd):
             assert latched(odd, name).cluster_tolerance == 0.0
 
 
-def test_stamps_are_those_of_the_clock_that_stands_until_somebody_publishes_it(odd):
-    """The node is ready, healthy and answers meanwhile."""
+def test_stamps_are_those_of_the_clock_that_stands_until_somebody_publishes_it(
+    odd_cell,
+):
+    """The node is ready, healthy and answers meanwhile, and warns once."""
+    node, odd = odd_cell
     Health(odd).line("jobs")
     statistics = odd.good("estimate", part=flat(WEDGE, "wedge")).statistics
     assert (statistics.header.stamp.sec, statistics.header.stamp.nanosec) == (0, 0)
     finished(odd, start(odd, "wedge", 200))
     with odd.late_joiner() as joiner:
         joiner.wait("wedge")
+    warning = "use_sim_time is true and nobody publishes /clock: stamps are 0"
+    node.says(warning)
     clock = odd.node.create_publisher(Clock, "/clock", 1)
     until(lambda: clock.get_subscription_count() > 0, "the node")
 
@@ -179,6 +191,27 @@ def test_stamps_are_those_of_the_clock_that_stands_until_somebody_publishes_it(o
         ).statistics.header.stamp.sec
 
     until(lambda: stamp(new_id()) == 1234, "the node's clock")
+    assert sum(warning in line for line in node.lines) == 1
+
+
+def test_debug_lines_are_about_parts_requests_and_jobs(odd_cell):
+    """Each is the node's own: of rcl and rclpy there are hundreds at that level."""
+    node, client = odd_cell
+    part_id = new_id()
+    client.good("estimate", part=flat(WEDGE, part_id))
+    client.refused("get_statistics", part_id="nobody")
+    finished(client, start(client, part_id, 200))
+    for words in (
+        f"request for '{part_id}': a mesh of ",
+        f"{part_id}: revision 1 latched, by ",
+        "/odd/pose_stats/estimate: answered after ",
+        " ms: expected the part_id of a known part",
+        f": RUNNING: drops of '{part_id}'",
+    ):
+        until(lambda words=words: any(words in line for line in node.lines), words)
+    debug_lines = [line for line in node.lines if line.startswith("[DEBUG]")]
+    assert debug_lines
+    assert all(" [odd.pose_stats]: " in line for line in debug_lines)
 
 
 def test_what_rclpy_itself_cannot_take_ends_nothing(node_of, client_of):
@@ -418,10 +451,10 @@ PUBLISH = "publish", "{wedge}", "--unit", "m"
     ("words", "status"),
     [
         (("node", "--ros-args", "-p", "default_method:=guess"), 2),
-        ((*PUBLISH, "--seconds", 0, "--topic", "nobody/part_mesh"), 2),
-        (PUBLISH, 0),
-        (("show",), 0),
-        (("show", "no such part"), 2),
+        ((*PUBLISH, "--seconds", 0, "--node", "nobody"), 2),
+        ((*PUBLISH, "--node", "/pose_stats"), 0),
+        (("show", "--node", "/pose_stats"), 0),
+        (("show", "no such part", "--node", "/pose_stats"), 2),
     ],
 )
 def test_participants_of_commands_end_with_their_processes(

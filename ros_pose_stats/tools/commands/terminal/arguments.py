@@ -320,6 +320,12 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "help": "print one JSON object, in SI units, which its key `units` names, and "
         "no table",
     },
+    "--node": {
+        "default": "pose_stats",
+        "metavar": "NAME",
+        "help": "name of the node (default: %(default)s); relative ones are in the "
+        "namespace that `--ros-args -r __ns:=/NAMESPACE` gives",
+    },
 }
 """What commands share."""
 

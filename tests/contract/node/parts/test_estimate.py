@@ -146,7 +146,8 @@ class TestWhichPart:
             "'nobody'" in message and "known part (" in message and len(message) < 500
         )
         assert message.endswith(
-            "; publish its mesh on ~/part_mesh, or send it to ~/estimate"
+            "; publish its mesh on /pose_stats/part_mesh, or send it to "
+            "/pose_stats/estimate"
         )
 
     @pytest.mark.parametrize(

@@ -113,7 +113,8 @@ def test_bytes_that_are_no_mesh_are_refused_and_the_next_mesh_is_taken(
 ):
     health = Health(tuned)
     refused_before = int(health.line("parts")[1]["refused"])
-    publisher = MeshPublisher(tuned, topic.replace("~", tuned.prefix), kind).matched()
+    topic = topic.replace("~", tuned.prefix)
+    publisher = MeshPublisher(tuned, topic, kind).matched()
     bad = list(odd_bytes(good))
     for data in bad:
         publisher.publish(data)

@@ -140,7 +140,7 @@ class TestRequests:
         ball = shapes.hull_mesh(shapes.sphere_points(5100, 1))
         message = cell.refused("estimate", part=nested(ball, new_id()))
         assert str(len(ball[1])) in message and "10000" in message
-        assert "publish it on ~/part_mesh or use the flat arrays" in message
+        assert "publish it on /pose_stats/part_mesh or use the flat arrays" in message
 
 
 class TestTopic:
@@ -157,13 +157,16 @@ class TestTopic:
         reasons = ["got none", *[words for _, words in messages]]
         listed = [value for key, value in values.items() if key.startswith("refused ")]
         assert len(listed) == 20 and all(
-            "~/part_mesh" in line and any(words in line for words in reasons)
+            "/pose_stats/part_mesh: " in line
+            and any(words in line for words in reasons)
             for line in listed
         )  # the latest ones
         for words in reasons:
             until(
                 lambda words=words: any(
-                    "~/part_mesh" in line and "mesh refused: " in line and words in line
+                    "/pose_stats/part_mesh: " in line
+                    and "mesh refused: " in line
+                    and words in line
                     for line in shared_node.lines
                 ),
                 words,

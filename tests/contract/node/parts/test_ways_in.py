@@ -68,11 +68,9 @@ def workshop(domain, tmp_path_factory, clamp, package):
             "0.2",
             "--drop-height",
             "0.3",
-            "--topic",
-            "meshes",
             "--ros-args",
             "-r",
-            f"meshes:={PART_MESH}",
+            "__ns:=/workshop",
         ) as command,
     ):
         MeshPublisher(early, latched=True).publish(flat(WEDGE, "early part"))
@@ -276,8 +274,8 @@ class TestTheCommand:
             0.007,
             "--seconds",
             0,
-            "--topic",
-            "/nobody/part_mesh",
+            "--node",
+            "/nobody",
         )
         assert outcome.stdout.startswith("Winkel 4×5: ")
         assert (
@@ -306,8 +304,8 @@ class TestTheCommand:
             "late",
             "--unit",
             "m",
-            "--topic",
-            "/late/part_mesh",
+            "--node",
+            "late",
             "--seconds",
             6,
             "--json",
@@ -388,8 +386,8 @@ class TestTheCommand:
             wedge,
             "--unit",
             "m",
-            "--topic",
-            f"{tuned.prefix}/part_mesh",
+            "--node",
+            tuned.prefix,
             "--drop-height",
             0.3,
             "--seconds",
@@ -405,6 +403,17 @@ class TestTheCommand:
         assert "on /nobody/get_statistics, got none" in refusal(
             "show", "--node", "/nobody"
         )
+
+    def test_show_asks_the_node_that_remappings_lead_to(self, tuned):
+        part_id = known_part(tuned)
+        cell = tuned.prefix.rpartition("/")[0]
+        renamed = [f"desk/get_statistics:={tuned.prefix}/get_statistics"]
+        for words in (
+            ["--ros-args", "-r", f"__ns:={cell}"],
+            ["--node", "desk", "--ros-args", "-r", *renamed],
+        ):
+            outcome = call("show", part_id, "--json", *words)
+            assert strict_json(outcome.stdout)["part_id"] == part_id
 
     def test_show_goes_on_with_new_results(self, cell, tmp_path, monkeypatch):
         """And prints nothing else, whatever the middleware complains of."""
@@ -443,7 +452,7 @@ class TestTheCommand:
             (["--seconds", -1], "seconds"),
             (["--part-id", "x" * 300], "at most 200"),
             (["--part-id", "a\nb"], "printable"),
-            (["--topic", "two words"], "ROS topic"),
+            (["--node", "two words"], "ROS topic"),
             (["--ros-args", "-r", "x"], "ROS arguments that rcl can read"),
             *[
                 (["--restitution", value], "restitution from 0")
