@@ -21,10 +21,10 @@ demo: $(READY)
 PYTEST := .venv/bin/python -m pytest -n $$(($$(nproc) + 1))
 
 test: lint
-	$(PYTEST) --dist loadfile --no-loadscope-reorder --max-worker-restart 0 -m "not long"
+	$(PYTEST) --dist loadfile --no-loadscope-reorder --max-worker-restart 0 -m "not long" tests
 
 test-all: test
-	$(PYTEST) --dist worksteal -m long
+	$(PYTEST) --dist worksteal -m long tests
 	.venv/bin/python -m lab.trials
 
 CODE := ros_pose_stats tests study lab launch .ci setup.py

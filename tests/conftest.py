@@ -29,7 +29,7 @@ MOST_STARTS = 80
 LONG_SECONDS = 1800
 NODE_SECONDS = 600
 """Time limits of long tests and of those over DDS; that of the others is in
-`setup.cfg`.
+`pytest.ini`.
 """
 
 OVERTIME_SECONDS = 300
@@ -126,9 +126,7 @@ def pytest_sessionfinish(session):
         config.workeroutput[STARTS] = COUNT.starts
         return
     config.stash[COUNT_KEY] += COUNT.starts
-    whole = config.option.markexpr == "not long" and config.args == config.getini(
-        "testpaths"
-    )
+    whole = config.option.markexpr == "not long" and config.args == ["tests"]
     if (
         whole
         and (config.option.numprocesses or 1) <= 3

@@ -1,5 +1,6 @@
-"""Modules that only some users need, and the extra of this package that brings each."""
+"""Modules that a Python may lack, and what brings each: an extra, or the set-up."""
 
+import sys
 from importlib import import_module
 from typing import NamedTuple
 
@@ -46,4 +47,38 @@ def missing_module(module: str, reason: str) -> RequestError:
         f"the module {module}, which {extra.purpose}",
         f"none that can be imported ({reason})",
         f"install it with `pip install 'ros_pose_stats[{extra.name}]'`",
+    )
+
+
+PROJECTS = {"mcap_ros2": "mcap-ros2-support", "yaml": "PyYAML"}
+"""What pip calls modules, where that is not their name."""
+
+BUILT = ("ros_pose_stats_msgs", "rclpy")
+"""What a sourced workspace brings, and no pip."""
+
+
+def failed_import(error: ImportError) -> RequestError | None:
+    """The refusal of a program whose Python lacks a module; None for one of our own.
+
+    An ordinary `colcon build` writes the distribution's Python into the executables,
+    which has not all that the package needs.
+    """
+    module = (error.name or "").partition(".")[0]
+    if module == __name__.partition(".")[0]:
+        return None
+    remedy = (
+        f"install it with `{sys.executable} -m pip install "
+        f"{PROJECTS.get(module, module)}`, or build the workspace with a Python that "
+        "has it, as docs/workspace.md says"
+    )
+    if module in BUILT:
+        remedy = "build the workspace anew and source its install/setup.bash"
+    elif not module:
+        remedy = "install modules that fit each other, as docs/workspace.md says"
+    return RequestError(
+        f"a module {module} that {sys.executable} can import"
+        if module
+        else f"modules that {sys.executable} can import",
+        str(error),
+        remedy,
     )

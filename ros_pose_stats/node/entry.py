@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from ..base.errors import PoseStatsError, RequestError
+from ..base.extras import failed_import
 from .participant import finish
 
 INTERFACES = "ros_pose_stats_msgs"
@@ -22,9 +23,16 @@ def main() -> int:
     except PoseStatsError as refusal:
         print(f"pose_stats_node: {refusal}", file=sys.stderr)
         status = REFUSED
-    except Exception:
-        traceback.print_exc()
-        status = FAILED
+    except Exception as error:
+        refusal_of_import = None
+        if isinstance(error, ImportError):
+            refusal_of_import = failed_import(error)
+        if refusal_of_import is None:
+            traceback.print_exc()
+            status = FAILED
+        else:
+            print(f"pose_stats_node: {refusal_of_import}", file=sys.stderr)
+            status = REFUSED
     return finish(status)
 
 

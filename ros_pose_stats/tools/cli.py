@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from types import ModuleType
 
-from ..base import errors, text, version
+from ..base import errors, extras, text, version
 from . import commands
 from .commands.terminal.arguments import REFUSED, CommandParser
 from .commands.terminal.running import INTERRUPTED
@@ -98,7 +98,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if arguments is None else list(arguments)
     words, ros_arguments = split_ros_arguments(words)
     top = parser()
-    options = top.parse_args(words)
+    try:
+        options = top.parse_args(words)
+    except ImportError as error:  # of what reads an option
+        return complain_of_import(error)
     if options.command is None:
         top.print_help()
         return 0
@@ -150,6 +153,8 @@ def run_parsed(options: argparse.Namespace) -> int:
         # It names files.
         complain(text.printable(str(refusal)))
         return REFUSED
+    except ImportError as error:
+        return complain_of_import(error)
     except KeyboardInterrupt:
         complain("interrupted")
         return INTERRUPTED
@@ -162,10 +167,24 @@ def run_parsed(options: argparse.Namespace) -> int:
         discard_output()
         return FAILED
     except Exception:
-        traceback.print_exc()
-        complain("internal failure, please report it with the lines above")
-        return FAILED
+        return complain_of_failure()
     return status
+
+
+def complain_of_import(error: ImportError) -> int:
+    """Print which module this Python lacks."""
+    refusal = extras.failed_import(error)
+    if refusal is None:
+        return complain_of_failure()
+    complain(str(refusal))
+    return REFUSED
+
+
+def complain_of_failure() -> int:
+    """Print what has failed in here."""
+    traceback.print_exc()
+    complain("internal failure, please report it with the lines above")
+    return FAILED
 
 
 def complain(line: str) -> None:

@@ -46,6 +46,16 @@ except ModuleNotFoundError as error:
 print(json.dumps(ends))
 """
 
+WITHOUT_ITS_NEEDS = """
+import sys
+missing, *words = sys.argv[1:]
+sys.modules[missing] = None
+from ros_pose_stats.node import entry
+from ros_pose_stats.tools import cli
+sys.argv = [sys.argv[0], *words[1:]]
+sys.exit(entry.main() if words[0] == "pose_stats_node" else cli.main(words))
+"""
+
 TOOLS = "pip install 'ros_pose_stats[tools]'"
 
 
@@ -121,3 +131,42 @@ def test_a_picture_of_the_library_is_refused_alike():
         [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT
     )
     assert "the module matplotlib" in process.stdout and TOOLS in process.stdout
+
+
+@pytest.mark.parametrize(
+    ("module", "words", "remedy"),
+    [
+        ("numba", ["estimate"], "-m pip install numba`"),
+        ("mcap", ["bag"], "-m pip install mcap`"),
+        ("mcap", ["pose_stats_node"], "-m pip install mcap`"),
+        ("ros_pose_stats_msgs.msg", ["pose_stats_node"], "build the workspace anew"),
+    ],
+)
+def test_a_module_that_every_user_needs_is_named_with_the_python_that_lacks_it(
+    parts, tmp_path, module, words, remedy
+):
+    files = {
+        "estimate": [str(parts / "box.stl"), "--unit", "mm"],
+        "bag": [str(write_recorded(tmp_path / "bag"))],
+    }
+    outcome = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            WITHOUT_ITS_NEEDS,
+            module,
+            *words,
+            *files.get(words[0], []),
+        ],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (outcome.returncode, outcome.stdout) == (2, ""), outcome.stderr
+    (line,) = outcome.stderr.splitlines()
+    assert line.startswith(
+        f"{words[0]}: " if "node" in words[0] else "ros_pose_stats: "
+    )
+    assert f"expected a module {module.partition('.')[0]} that {sys.executable}" in line
+    assert remedy in line
