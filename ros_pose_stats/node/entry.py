@@ -79,8 +79,7 @@ def prepare_ros() -> None:
         raise RequestError(
             f"the interface package {INTERFACES}",
             "none",
-            "build it: `make setup`, or in a workspace "
-            "`colcon build --base-paths . msg_defs`",
+            "build it: `make setup`, or a workspace as docs/workspace.md says",
         )
     # OpenBLAS reads it once, as numpy is imported.
     if "numpy" not in sys.modules:

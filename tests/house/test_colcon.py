@@ -1,10 +1,12 @@
-"""The repository builds with colcon, as in an ordinary Jazzy workspace."""
+"""The repository builds with colcon, as in an ordinary Jazzy workspace, and as a wheel."""
 
+import json
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -14,6 +16,7 @@ TAKEN = (
     "setup.py",
     "setup.cfg",
     "README.md",
+    "LICENSE",
     "resource",
     "launch",
     "config",
@@ -39,12 +42,13 @@ def workspace(tmp_path_factory):
     source.mkdir(parents=True)
     for name in TAKEN:
         copy(ROOT / name, source)
+    (source / "tests").mkdir()
+    copy(ROOT / "tests/smoke", source / "tests")
+    # colcon and rosdep look for no packages inside of a package.
+    (home / "src/ros_pose_stats_msgs").symlink_to("ros_pose_stats/msg_defs")
     outcome = colcon(
         home,
         "build",
-        "--base-paths",
-        "src/ros_pose_stats",
-        "src/ros_pose_stats/msg_defs",
         "--cmake-args",
         f"-DPython3_EXECUTABLE={sys.executable}",
         "-DBUILD_TESTING=OFF",
@@ -110,8 +114,80 @@ def test_both_packages_are_installed_and_run(workspace):
 
 
 @pytest.mark.long
-def test_a_bare_build_finds_only_the_root_package(tmp_path):
+def test_colcon_runs_the_smoke_set(workspace):
+    outcome = colcon(workspace, "test")
+    assert outcome.returncode == 0, outcome.stdout + outcome.stderr
+    results = workspace / "build/ros_pose_stats/pytest.xml"
+    cases = list(ElementTree.parse(results).getroot().iter("testcase"))
+    skipped = {case.get("name") for case in cases if case.find("skipped") is not None}
+    # No wheel has launch.
+    assert all("launch" in name for name in skipped)
+    assert len(cases) > len(skipped) > 0
+    outcome = colcon(workspace, "test-result", "--verbose")
+    assert outcome.returncode == 0, outcome.stdout + outcome.stderr
+    assert "0 errors, 0 failures" in outcome.stdout
+
+
+@pytest.fixture(scope="module")
+def bare_environment(tmp_path_factory):
+    """The Python of an environment with a wheel of the package, and its site-packages.
+
+    What the package needs is that of our own environment, behind the environment's own.
+    """
+    folder = tmp_path_factory.mktemp("bare")
+    source = folder / "source"
+    source.mkdir()
     for name in TAKEN:
-        copy(ROOT / name, tmp_path)
-    packages = colcon(tmp_path, "list", "--names-only")
-    assert packages.stdout.split() == ["ros_pose_stats"], packages.stderr
+        copy(ROOT / name, source)
+    pip = [sys.executable, "-m", "pip"]
+    options = ["--quiet", "--no-deps", "--no-build-isolation"]
+    subprocess.run([*pip, "wheel", *options, "-w", folder, source], check=True)
+    (wheel,) = folder.glob("*.whl")
+    subprocess.run(
+        [sys.executable, "-m", "venv", "--without-pip", folder / "venv"], check=True
+    )
+    python = folder / "venv/bin/python"
+    (packages,) = (folder / "venv/lib").glob("python3.*/site-packages")
+    subprocess.run(
+        [*pip, "--python", python, "install", *options, "--no-index", wheel], check=True
+    )
+    ours = Path(pytest.__file__).resolve().parents[1]
+    (packages / "ours.pth").write_text(f"{ours}\n", encoding="utf-8")
+    return python, packages
+
+
+@pytest.mark.long
+def test_a_wheel_has_all_that_the_command_needs(bare_environment, tmp_path):
+    """Weights, assets of pages, and the type information, too."""
+    python, packages = bare_environment
+    environment = {key: os.environ[key] for key in ("HOME", "PATH")}
+    command = python.with_name("ros_pose_stats")
+
+    def run(*words):
+        outcome = subprocess.run(
+            [command, *words],
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert outcome.returncode == 0, outcome.stderr
+        return outcome.stdout
+
+    run("shapes", "parts")
+    answer = json.loads(run("estimate", "parts/clamp.stl", "--unit", "mm", "--json"))
+    assert len(answer["poses"]) > 1
+    run("report", "parts/clamp.stl", "--unit", "mm", "-o", "clamp.html")
+    package = packages / "ros_pose_stats"
+    sources = {
+        file.relative_to(ROOT)
+        for file in (ROOT / "ros_pose_stats").rglob("*")
+        if file.is_file() and file.suffix not in (".pyc", ".nbi", ".nbc")
+    }
+    installed = {
+        file.relative_to(packages)
+        for file in package.rglob("*")
+        if file.is_file() and file.suffix != ".pyc"
+    }
+    assert installed == sources

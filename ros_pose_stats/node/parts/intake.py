@@ -188,7 +188,6 @@ def _subscribe(
     read: Callable[[bytes], part_requests.PartRequest],
 ) -> None:
     """Plain and latched publishers of a topic both arrive; a copy is ignored later."""
-    full_topic = equipment.node.resolve_topic_name(topic)
     refusals = equipment.refusals
     gaps = SequenceGaps()
 
@@ -207,9 +206,9 @@ def _subscribe(
         on_mesh(data)
 
     group = callback_groups.MutuallyExclusiveCallbackGroup()
-    equipment.node.create_subscription(
+    full_topic = equipment.node.create_subscription(
         kind, topic, on_numbered_mesh, DEPTH, raw=True, callback_group=group
-    )
+    ).topic_name
     # Plain publishers do not match this one; of what else is wrong with a publisher the
     # plain subscription warns.
     equipment.node.create_subscription(

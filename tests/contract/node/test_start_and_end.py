@@ -115,7 +115,7 @@ def test_arguments_that_are_no_ros_arguments(refused):
     ("missing", "advice"),
     [
         ("rclpy", "source /opt/ros/jazzy/setup.bash"),
-        ("ros_pose_stats_msgs", "colcon build --base-paths . msg_defs"),
+        ("ros_pose_stats_msgs", "docs/workspace.md"),
     ],
 )
 def test_without_ros_or_its_messages(monkeypatch, missing, advice):

@@ -157,14 +157,13 @@ class TestTopic:
         reasons = ["got none", *[words for _, words in messages]]
         listed = [value for key, value in values.items() if key.startswith("refused ")]
         assert len(listed) == 20 and all(
-            "/pose_stats/part_mesh: " in line
-            and any(words in line for words in reasons)
+            "/pose_stats/part_mesh" in line and any(words in line for words in reasons)
             for line in listed
         )  # the latest ones
         for words in reasons:
             until(
                 lambda words=words: any(
-                    "/pose_stats/part_mesh: " in line
+                    "/pose_stats/part_mesh" in line
                     and "mesh refused: " in line
                     and words in line
                     for line in shared_node.lines
