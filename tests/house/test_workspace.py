@@ -103,6 +103,7 @@ def environment_of(distribution):
         "PATH": f"{distribution}/bin:/usr/bin:/bin",
         "AMENT_PREFIX_PATH": str(distribution),
         "CMAKE_PREFIX_PATH": str(distribution),
+        "LD_LIBRARY_PATH": f"{distribution}/lib",
         "ROS_VERSION": "2",
         "ROS_DISTRO": "jazzy",
         "CMAKE_BUILD_PARALLEL_LEVEL": "2",
