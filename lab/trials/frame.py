@@ -32,6 +32,13 @@ TITLES = {
         "Bodies are given in other ways too (turned, in other units, renumbered, cut "
         "finer), which must change nothing that rounding does not decide.",
     ),
+    "units": (
+        "Units",
+        "STL files of stairs whose lengths are multiples of a step that people draw "
+        "in, 1 mm to 1 m long, read without their unit. At least 99 % of those in "
+        "millimetres are to be read right, and each warning is to name the true "
+        "length.",
+    ),
     "soak": (
         "Soak",
         "Drops of many bodies, and a node that is busy in eleven ways at once while "
