@@ -17,7 +17,7 @@ from ..harness.jobs import known_part
 from ..harness.parts import WEDGE, flat, library_part, mesh, nested
 
 LITTLE, BIG = "<>"
-SIZES = {"double": 8, "uint32": 4, "int32": 4}
+SIZES = {"double": 8, "uint32": 4, "int32": 4, "uint64": 8}
 
 
 def encoded(message, order):
@@ -31,7 +31,7 @@ def _number(data, kind, value, order):
     size = SIZES[kind]
     data += bytes(-len(data) % size)
     data += struct.pack(
-        order + {"double": "d", "uint32": "I", "int32": "i"}[kind], value
+        order + {"double": "d", "uint32": "I", "int32": "i", "uint64": "Q"}[kind], value
     )
 
 
