@@ -36,7 +36,19 @@ def write_stl(path: Path, surface) -> Path:
 
 def codes(statistics):
     """What the warnings of a part or an answer are about."""
-    return [warning.partition(":")[0] for warning in statistics.warnings]
+    return [warning.code for warning in statistics.warnings]
+
+
+def notes(statistics):
+    """Warnings of a record or a message as plain values."""
+    return [
+        (warning.code, warning.text, warning.acts) for warning in statistics.warnings
+    ]
+
+
+def acting_codes(statistics):
+    """Of these, what somebody should act on."""
+    return [warning.code for warning in statistics.warnings if warning.acts]
 
 
 def counts(statistics):

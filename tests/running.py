@@ -51,7 +51,6 @@ STATISTICS_KEYS = {
     "seconds",
     "version",
     "warnings",
-    "notes",
     "poses",
 }
 POSE_KEYS = {

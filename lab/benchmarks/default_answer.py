@@ -157,8 +157,8 @@ def judge(part: Part, restitution: float, radii: float) -> dict[str, Any]:
     # `replace` leaves out what was prepared.
     answer_in = partial(auto, workers=1, **scene)
     statistics, seconds = timed(partial(answer_in, replace(part)))
-    texts = " ".join(map(str, (*statistics.warnings, *statistics.notes)))
-    is_missed = "TARGET_MISSED" in texts
+    codes = {warning.code for warning in statistics.warnings}
+    is_missed = "TARGET_MISSED" in codes
     kept = np.full((2, len(TARGETS)), np.nan)
     if not is_missed:
         for column, target in enumerate(TARGETS):
@@ -184,7 +184,7 @@ def judge(part: Part, restitution: float, radii: float) -> dict[str, Any]:
             probability, statistics.largest_error, count, count.size
         ).all(),
         "missed": is_missed,
-        "conflict": "CONFLICT" in texts,
+        "conflict": "CONFLICT" in codes,
         "drops": statistics.drops,
         "ms": 1e3 * seconds,
         "poses": np.histogram(share, SHARES)[0],

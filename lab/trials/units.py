@@ -62,7 +62,7 @@ def read_files(setting: Setting, unit: str, step: float) -> Outcome:
         length = write_stairs(file, random, METRES_PER_UNIT[unit], step)
         part = load_part(file)
         right += part.unit == METRES_PER_UNIT[unit]
-        warning = next(iter(part.warnings), "")
+        warning = str(next(iter(part.warnings), ""))
         is_warned = part.unit_guessed and warning.startswith("UNIT_GUESSED: ")
         # Single precision may round a length to another third digit.
         names_length = any(

@@ -1,4 +1,4 @@
-"""Numbers, units, plurals, lists and tables as text, and what a warning's code says."""
+"""Numbers, units, plurals, lists and tables as text."""
 
 import csv
 import io
@@ -141,12 +141,6 @@ def name_poses(poses: Sequence[int]) -> str:
     return f"pose{'' if len(poses) == 1 else 's'} {ranges(poses)}"
 
 
-def remarks(warnings: Iterable[str], notes: Iterable[str]) -> list[str]:
-    """An empty line, warnings, then notes; nothing where there are neither."""
-    lines = [*warnings, *(f"note {line}" for line in notes)]
-    return ["", *lines] if lines else []
-
-
 def most_probable(poses: Sequence[Any]) -> str:
     """The three most probable groups, in per cent: 0-3: 90.1, 4+5: 9."""
     groups = {pose.group: pose.group_probability for pose in poses}
@@ -193,8 +187,3 @@ def is_formula(text: str) -> bool:
     while start < len(text) and (text[start] == " " or not text[start].isprintable()):
         start += 1
     return text.startswith(FORMULAS, start)
-
-
-def code_of(warning: str) -> str:
-    """The code of a warning `CODE: sentence`."""
-    return warning.partition(":")[0]

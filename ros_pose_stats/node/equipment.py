@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from ros_pose_stats_msgs.msg import Code, PoseStatistics
 
+from ..core.records.notes import Note, note
 from .answering_node import AnsweringNode
 from .lanes import Lanes
 from .messages.statistics_messages import is_recorded, with_warning
@@ -13,7 +14,10 @@ from .refusals import Refusals
 from .settings import Settings
 from .state import State
 
-NOT_RECORDED = "NOT_RECORDED: this could not be written down: {}."
+
+def unrecorded_note(reason: str) -> Note:
+    """The warning of what could not be written down."""
+    return note("NOT_RECORDED", f"this could not be written down: {reason}.")
 
 
 class Equipment(NamedTuple):
@@ -26,9 +30,9 @@ class Equipment(NamedTuple):
     refusals: Refusals
     lanes: Lanes
 
-    def not_recorded(self) -> str:
+    def not_recorded(self) -> Note:
         """The warning of an answer that is not in the bag, or not in the state."""
-        return NOT_RECORDED.format(self.state.problem or self.recorder.last_problem)
+        return unrecorded_note(self.state.problem or self.recorder.last_problem)
 
     def warn_unrecorded(self, message: PoseStatistics) -> PoseStatistics:
         """The same with the warning that it is not on record, which it has once."""

@@ -14,7 +14,9 @@ from matplotlib.image import imread
 
 from ros_pose_stats import __version__
 from ros_pose_stats.base.methods import METHODS
+from ros_pose_stats.core.records.notes import ACTS
 from ros_pose_stats.tools.cli import main, parser
+from ros_pose_stats.tools.report.words import WORDS
 from study.__main__ import main as study
 from tests.house import architecture_picture, commands_page
 from tests.house.imports import Sources
@@ -237,20 +239,19 @@ def test_every_command_and_option_has_its_place_in_the_page_of_the_commands():
 
 
 def test_every_warning_code_is_explained_and_every_explained_one_exists():
+    """With whether somebody should act; pages have words for all of them."""
     sources = "".join(
         path.read_text(encoding="utf-8")
         for path in (ROOT / "ros_pose_stats").rglob("*.py")
     )
-    raised = set(re.findall(r'"([A-Z][A-Z_]{4,}): ', sources))
-    explained = set(
-        re.findall(
-            r"^\| `([A-Z_]+)` \|",
-            (ROOT / "docs/warnings.md").read_text(encoding="utf-8"),
-            re.MULTILINE,
-        )
+    raised = set(re.findall(r'\bnote\(\s*"([A-Z_]+)"', sources))
+    explained = re.findall(
+        r"^\| `([A-Z_]+)` \| (yes|no) \| .+ \|$",
+        (ROOT / "docs/warnings.md").read_text(encoding="utf-8"),
+        re.MULTILINE,
     )
-    assert raised
-    assert raised == explained
+    assert {code: acts == "yes" for code, acts in explained} == ACTS
+    assert raised == ACTS.keys() == WORDS.keys()
 
 
 def test_version_stands_in_one_place():

@@ -73,7 +73,7 @@ class Told:
     def result(self, statistics):
         """A result; whether it is acknowledged."""
         recorded = not any(
-            line.startswith(NOT_RECORDED) for line in statistics.warnings
+            warning.code == NOT_RECORDED for warning in statistics.warnings
         )
         with self._lock:
             self.events["not recorded, and said so"] += not recorded

@@ -101,7 +101,7 @@ class Ledger(Told):
 
     def show(self, statistics):
         """What was counted as a result shows it; whether that is on the disk."""
-        if not any(line.startswith(NOT_RECORDED) for line in statistics.warnings):
+        if not any(warning.code == NOT_RECORDED for warning in statistics.warnings):
             name = statistics.part_id
             self.shown[name] = max(self.shown[name], statistics.counted_parts)
 

@@ -109,7 +109,9 @@ def files_in_use(setting: Setting) -> Outcome:
         answer = client.call(
             "estimate", part=flat(BOXES[3], "later"), method="csae"
         ).statistics
-        recorded = not any(line.startswith("NOT_RECORDED") for line in answer.warnings)
+        recorded = not any(
+            warning.code == "NOT_RECORDED" for warning in answer.warnings
+        )
         node.assert_sound()
     link.close()
     if recorded:
@@ -152,8 +154,8 @@ def a_disk_to_read_only(setting: Setting) -> Outcome:
                     "estimate", part=flat(BOXES[3], "later"), method="csae"
                 )
                 if not any(
-                    line.startswith("NOT_RECORDED")
-                    for line in answer.statistics.warnings
+                    warning.code == "NOT_RECORDED"
+                    for warning in answer.statistics.warnings
                 ):
                     broken.append(f"{ended}: an answer was told as recorded")
                 shown = numbers_of(client)

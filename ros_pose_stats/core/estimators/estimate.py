@@ -8,6 +8,7 @@ from importlib import import_module
 
 from ...base import errors, methods
 from ..records import Array, DropScene, Part, PoseStatistics
+from ..records.notes import Note, note
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_RESTITUTION,
@@ -72,7 +73,6 @@ def estimate_in(
         best_method(scene.restitution) if method == methods.AUTO else method
     )
     resting = poses.poses_in(part, scene)
-    remarks = trust.pose_remarks(resting)
     probability = chosen.function(resting, scene)
     expected = unknown_error(probability)
     if part.error_known:
@@ -86,8 +86,10 @@ def estimate_in(
         scene,
         knows_scene=chosen.knows_scene,
         seconds=time.perf_counter() - begin,
-        warnings=(*remarks.warnings, *_warnings(resting, chosen, scene, expected)),
-        notes=remarks.notes,
+        warnings=(
+            *trust.pose_notes(resting),
+            *_warnings(resting, chosen, scene, expected),
+        ),
     )
 
 
@@ -112,7 +114,7 @@ def _warnings(
     chosen: Estimator,
     scene: DropScene,
     expected: ExpectedError,
-) -> list[str]:
+) -> list[Note]:
     warnings = []
     radii = math.inf
     if scene.drop_height is not None:
@@ -120,21 +122,29 @@ def _warnings(
     points = f"{100.0 * expected.part_error:.2g} points"
     if radii < LOW_DROP_RADII and not chosen.knows_scene:
         warnings.append(
-            f"LOW_DROP: released {radii:.2g} radii above the plate, but {chosen.name} "
-            "does not know the drop height; expect the pose at release to be more "
-            "frequent."
+            note(
+                "LOW_DROP",
+                f"released {radii:.2g} radii above the plate, but {chosen.name} does "
+                "not know the drop height; expect the pose at release to be more "
+                "frequent.",
+            )
         )
     if expected.is_unmeasured:
         warnings.append(
-            f"OUTSIDE_FIT: part or scene lie outside of those that {chosen.name} was "
-            f"measured on; its error may well be larger than the {points} expected, "
-            "so simulate it."
+            note(
+                "OUTSIDE_FIT",
+                f"part or scene lie outside of those that {chosen.name} was measured "
+                f"on; its error may well be larger than the {points} expected, so "
+                "simulate it.",
+            )
         )
     if expected.is_unusual:
         warnings.append(
-            "METHODS_DISAGREE: eae, meae and qse differ by up to "
-            f"{100.0 * expected.disagreement:.2g} points on this part; expect an error "
-            f"of {points} where {chosen.name} usually has "
-            f"{100.0 * expected.usual_error:.2g}, or simulate it."
+            note(
+                "METHODS_DISAGREE",
+                f"eae, meae and qse differ by up to {100.0 * expected.disagreement:.2g} "
+                f"points on this part; expect an error of {points} where {chosen.name} "
+                f"usually has {100.0 * expected.usual_error:.2g}, or simulate it.",
+            )
         )
     return warnings

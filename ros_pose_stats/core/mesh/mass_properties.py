@@ -10,6 +10,7 @@ from ...base import text
 from ...base.errors import MassPropertiesError
 from ..kernels.principal_axes import principal_axes
 from ..records import Array
+from ..records.notes import Note, note
 from ..tolerances import ON_HULL, TRIANGLE_INEQUALITY
 from .arrays import NOT_NUMBERS, real_array, real_number
 from .hull import Hull, distance_to_hull
@@ -234,7 +235,7 @@ def _reach(center: Array, vertices: Array) -> float:
 
 def inertia_warning(
     inertia: Array, mass: float, center: Array, surface: Surface
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     """Warn about an inertia that no material inside can have; refuse absurd ones."""
     reach = _reach(center, surface.vertices)
     limit = mass * reach * reach
@@ -249,7 +250,9 @@ def inertia_warning(
     if moment <= limit * (1.0 + TRIANGLE_INEQUALITY):
         return ()
     return (
-        f"INERTIA_SUSPECT: a principal moment of {moment:.3g} kg m² is more than "
-        f"material inside the part can have ({limit:.3g} kg m²); check its unit (kg "
-        "mm², g mm²).",
+        note(
+            "INERTIA_SUSPECT",
+            f"a principal moment of {moment:.3g} kg m² is more than material inside "
+            f"the part can have ({limit:.3g} kg m²); check its unit (kg mm², g mm²).",
+        ),
     )

@@ -202,7 +202,13 @@ def part_of_file(
         *units.unit_warnings(
             surface.hull.scale, mesh.unit, mesh.unit_guessed, mesh.declared
         ),
-        *(f"{line}{_NO_ERROR if is_open_solid else ''}" for line in surface.warnings),
+        *(() if chosen is None else chosen.notes),
+        *(
+            warning._replace(text=warning.text + _NO_ERROR)
+            if is_open_solid
+            else warning
+            for warning in surface.warnings
+        ),
         *mass_properties.inertia_warning(tensor, kilograms, center, surface),
     )
     part = Part(
@@ -216,7 +222,6 @@ def part_of_file(
         tensor,
         warnings,
         rounding,
-        notes=surface.notes if chosen is None else (*chosen.notes, *surface.notes),
         unit=mesh.unit,
         unit_guessed=mesh.unit_guessed,
         bodies=1 if chosen is None else chosen.bodies,

@@ -10,6 +10,7 @@ from .. import tolerances
 from ..kernels.mesh.measures import solid_moments, thinness
 from ..kernels.principal_axes import principal_axes
 from ..records import Array, Index
+from ..records.notes import Note, note
 from . import arrays, winding
 from .bodies.crossing import share_enclosed_twice
 from .bodies.looseness import has_loose_bodies
@@ -76,8 +77,7 @@ class Surface(NamedTuple):
     # why the hull stands in for the part, to go on from "the mesh"; empty where it
     # does not
     problem: str
-    warnings: tuple[str, ...]
-    notes: tuple[str, ...] = ()
+    warnings: tuple[Note, ...]
 
 
 def surface_of(
@@ -117,11 +117,14 @@ def surface_of(
             share = closing.open_volume / surface.solid.volume
             return surface._replace(
                 warnings=(
-                    f"HOLES_CLOSED: {text.several(closing.holes, 'hole')} in the mesh "
-                    f"{'was' if closing.holes == 1 else 'were'} closed without "
-                    f"further corners, which leaves {100.0 * share:.2g} % of the "
-                    "volume uncertain; the centre of mass is then at "
-                    f"{_describe_centroid(surface.solid, surface.hull)}.",
+                    note(
+                        "HOLES_CLOSED",
+                        f"{text.several(closing.holes, 'hole')} in the mesh "
+                        f"{'was' if closing.holes == 1 else 'were'} closed without "
+                        f"further corners, which leaves {100.0 * share:.2g} % of the "
+                        "volume uncertain; the centre of mass is then at "
+                        f"{_describe_centroid(surface.solid, surface.hull)}.",
+                    ),
                     *surface.warnings,
                 )
             )
@@ -144,18 +147,25 @@ def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
     if doubled_share == 0.0 and not is_convex:
         doubled_share = share_enclosed_twice(scaled.points, material.triangles)
         finding = "the mesh runs through itself"
-    remark: tuple[str, ...] = (
-        f"BODIES_OVERLAP: {finding}, and {100.0 * doubled_share:.2g} % of the volume "
-        "counts twice in the mass properties; unite what overlaps in CAD or give mass "
-        "properties.",
-    )
-    notes: tuple[str, ...] = remark if 0.0 < doubled_share <= UNCERTAIN else ()
+    warnings = []
+    if doubled_share > 0.0:
+        overlap = note(
+            "BODIES_OVERLAP",
+            f"{finding}, and {100.0 * doubled_share:.2g} % of the volume counts twice "
+            "in the mass properties; unite what overlaps in CAD or give mass "
+            "properties.",
+        )
+        # The centre of mass is close enough where little counts twice.
+        warnings.append(overlap._replace(acts=doubled_share > UNCERTAIN))
     if material.body is not None and has_loose_bodies(
         scaled.points, material.triangles, material.body
     ):
-        notes += (
-            "BODIES_LOOSE: bodies of the mesh do not touch each other; they are one "
-            "rigid part here, though what is loose moves in a drop.",
+        warnings.append(
+            note(
+                "BODIES_LOOSE",
+                "bodies of the mesh do not touch each other; they are one rigid part "
+                "here, though what is loose moves in a drop.",
+            )
         )
     return Surface(
         points,
@@ -163,8 +173,7 @@ def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
         solid,
         hull,
         "",
-        remark if doubled_share > UNCERTAIN else (),
-        notes,
+        tuple(warnings),
     )
 
 
@@ -173,10 +182,11 @@ def _hull_surface(vertices: Array, scaled: UnitPoints, problem: str) -> Surface:
     hull = hull_of(scaled)
     triangles = _hull_triangles(vertices, hull)
     solid = solid_of(scaled, triangles)
-    warning = (
-        f"OPEN_MESH: the mesh {problem}, so its convex hull stands in for it, with "
-        f"the centre of mass at {_describe_centroid(solid, hull)}; mass properties "
-        "that you do not give are the hull's."
+    warning = note(
+        "OPEN_MESH",
+        f"the mesh {problem}, so its convex hull stands in for it, with the centre of "
+        f"mass at {_describe_centroid(solid, hull)}; mass properties that you do not "
+        "give are the hull's.",
     )
     return Surface(vertices, triangles, solid, hull, problem, (warning,))
 

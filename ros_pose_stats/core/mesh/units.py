@@ -7,6 +7,7 @@ import numpy as np
 
 from ...base import errors, text
 from ..records import Array, Corners
+from ..records.notes import Note, note
 from .arrays import number_or_nan
 
 AUTO = "auto"  # the unit that asks for what the file names, else for the rule
@@ -100,7 +101,7 @@ def missing_unit(
 
 def unit_warnings(
     extent: float, unit: float, is_guessed: bool, declared: float | None
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     """Warn about a guessed unit, one the file contradicts, or an unlikely size.
 
     `extent`: in metres; `unit`: metres of the one that counts; `declared`: of the one
@@ -114,21 +115,29 @@ def unit_warnings(
     warnings = []
     if is_guessed:
         warnings.append(
-            f"UNIT_GUESSED: the file names no unit; it was taken to be in {name}, "
-            f"{size} long (else {other_lengths}). Give the unit to be sure: "
-            f"--unit {name}."
+            note(
+                "UNIT_GUESSED",
+                f"the file names no unit; it was taken to be in {name}, {size} long "
+                f"(else {other_lengths}). Give the unit to be sure: --unit {name}.",
+            )
         )
     if declared is not None and not math.isclose(unit, declared, rel_tol=_SAME):
         warnings.append(
-            f"UNIT_OVERRIDDEN: the file's own unit is {unit_in_words(declared)}, but "
-            f"it was taken to be in {name}, as asked: all lengths are "
-            f"{unit / declared:.4g} times those that the file names."
+            note(
+                "UNIT_OVERRIDDEN",
+                f"the file's own unit is {unit_in_words(declared)}, but it was taken "
+                f"to be in {name}, as asked: all lengths are {unit / declared:.4g} "
+                "times those that the file names.",
+            )
         )
     shortest, longest = _USUAL
     if not shortest <= extent <= longest:
         warnings.append(
-            f"UNIT_SUSPECT: the part is {size} long, unusual for a fed part; check the "
-            f"unit ({other_lengths})."
+            note(
+                "UNIT_SUSPECT",
+                f"the part is {size} long, unusual for a fed part; check the unit "
+                f"({other_lengths}).",
+            )
         )
     return tuple(warnings)
 

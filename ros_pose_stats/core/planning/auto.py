@@ -8,6 +8,7 @@ from dataclasses import replace
 from ...base import errors, methods
 from ..estimators.estimate import estimate_in
 from ..records import DropScene, Part, PoseStatistics
+from ..records.notes import note
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_RESTITUTION,
@@ -126,9 +127,10 @@ def auto(
         Watch.from_callbacks(on_progress, is_over),
     )
     if is_late:
-        warning = (
-            f"TIME_LIMIT: ended after {max_seconds:g} s with {statistics.drops} drops "
-            "done, before the target was reached."
+        warning = note(
+            "TIME_LIMIT",
+            f"ended after {max_seconds:g} s with {statistics.drops} drops done, before "
+            "the target was reached.",
         )
         statistics = replace(statistics, warnings=(*statistics.warnings, warning))
     return replace(statistics, seconds=time.perf_counter() - begin)
@@ -163,19 +165,21 @@ def answer_with_drops(
         answer = replace(estimate, choice=choice)
         if target_reached(bound, target):
             return answer
-        warning = (
-            f"TARGET_MISSED: the 90 % bound of the error is {bound:.2g} without drops, "
-            f"above the target of {target:g}."
+        warning = note(
+            "TARGET_MISSED",
+            f"the 90 % bound of the error is {bound:.2g} without drops, above the "
+            f"target of {target:g}.",
         )
         return replace(answer, warnings=(*answer.warnings, warning))
     answer = drop_with_prior(prior, part, scene, request, watch, LEAST_DROPS)
     warnings = dict.fromkeys((*answer.warnings, *estimate.warnings))
     bound = confidence.judge_drops(prior, counts_of(answer)).bound
     if request.events and answer.drops < LEAST_DROPS and target_reached(bound, target):
-        warning = (
-            f"TARGET_MISSED: {answer.drops} drops are fewer than the {LEAST_DROPS} "
-            f"from which on the estimate hardly matters; unless it is wrong, the 90 % "
-            f"bound of the error is {bound:.2g}."
+        warning = note(
+            "TARGET_MISSED",
+            f"{answer.drops} drops are fewer than the {LEAST_DROPS} from which on the "
+            "estimate hardly matters; unless it is wrong, the 90 % bound of the error "
+            f"is {bound:.2g}.",
         )
         warnings[warning] = None
     return replace(

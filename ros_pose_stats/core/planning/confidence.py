@@ -15,6 +15,7 @@ from ...base.errors import RequestError
 from ..estimators import estimator
 from ..estimators.expected import expected_error
 from ..records import Array, DropScene, Index, PoseStatistics, StablePose
+from ..records.notes import Note, note
 from ..records.scene import DEFAULT_PLATE_ERROR, LOW_DROP_RADII
 from ..records.shares import with_shares
 from ..resting.poses import RestingPoses
@@ -191,7 +192,6 @@ def observe_counts(
         expected_error=0.0 if has_plate_shares else model.expected_error,
     )
     warnings = model.warnings
-    notes = model.notes
     gap = errors.root_mean_square(
         np.array([pose.probability for pose in poses]) - pose_counts / total
     )
@@ -202,10 +202,11 @@ def observe_counts(
     ]
     for indices in unequal_groups.values():
         counted = pose_counts[indices] / total
-        conflict = (
-            f"CONFLICT: {text.name_poses(indices)} are the same by symmetry, and the "
-            f"cell counted {text.percent(counted.min())} to "
-            f"{text.percent(counted.max())} %; each is answered by its own counts."
+        conflict = note(
+            "CONFLICT",
+            f"{text.name_poses(indices)} are the same by symmetry, and the cell "
+            f"counted {text.percent(counted.min())} to {text.percent(counted.max())} "
+            "%; each is answered by its own counts.",
         )
         warnings = (*warnings, conflict)
     prior = plate_prior(prediction, unit)
@@ -231,12 +232,13 @@ def observe_counts(
         doubted = np.flatnonzero(model_prior.contradicted_poses(pose_counts))
         if doubted.size:
             extreme = describe_extreme(model_prior, pose_counts, doubted, "predicted")
-            notes = (
-                *notes,
-                f"MODEL_GAP: what the cell counted is {points(gap)} from the model "
-                "(root mean square over the poses), beyond chance and the model's own "
-                f"error, {extreme}; the answer has learnt from the counts.",
+            model_gap = note(
+                "MODEL_GAP",
+                f"what the cell counted is {points(gap)} from the model (root mean "
+                "square over the poses), beyond chance and the model's own error, "
+                f"{extreme}; the answer has learnt from the counts.",
             )
+            warnings = (*warnings, model_gap)
     shares = prior.update(pose_counts).shares(pose_counts)
     return with_shares(
         model,
@@ -249,7 +251,6 @@ def observe_counts(
         counted_parts=total,
         model_gap=gap,
         warnings=warnings,
-        notes=notes,
     )
 
 
@@ -323,12 +324,13 @@ def describe_conflict(
     subject: str,
     verb: str,
     consequence: str,
-) -> str:
+) -> Note:
     """Warning that counts (P,) contradict a model in some poses, and where most."""
-    return (
-        f"CONFLICT: {subject} in {text.several(refuted.size, 'pose')} "
+    return note(
+        "CONFLICT",
+        f"{subject} in {text.several(refuted.size, 'pose')} "
         f"({text.ranges(refuted.tolist())}), "
-        f"{describe_extreme(prior, counts, refuted, verb)}; {consequence}."
+        f"{describe_extreme(prior, counts, refuted, verb)}; {consequence}.",
     )
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .drops import DropEvent, DropProgress, FlipStatistics, Trajectory
+    from .notes import Note
     from .part import Array, Corners, Index, Mask, Part
     from .poses import RestingShape, StablePose
     from .scene import DropScene
@@ -23,6 +24,7 @@ _HOMES = {
     "FlipStatistics": "drops",
     "Index": "part",
     "Mask": "part",
+    "Note": "notes",
     "Part": "part",
     "PoseStatistics": "statistics",
     "RestingShape": "poses",
@@ -39,6 +41,7 @@ __all__ = [
     "FlipStatistics",
     "Index",
     "Mask",
+    "Note",
     "Part",
     "PoseStatistics",
     "RestingShape",

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from .notes import Note
 from .part import Array, Index
 from .plain_values import with_units
 from .poses import StablePose
@@ -200,7 +201,7 @@ class FlipStatistics:
         Of `transition`; NaN where nothing has settled.
     seed : int
     seconds : float
-    warnings, notes : tuple of str
+    warnings : tuple of Note
     version : str
     feeder_setting : str
         Name of a setting of the cell's feeder whose flips are among them; empty: none.
@@ -223,9 +224,8 @@ class FlipStatistics:
     standard_error: Array
     seed: int
     seconds: float
-    warnings: tuple[str, ...]
+    warnings: tuple[Note, ...]
     version: str
-    notes: tuple[str, ...] = ()
     feeder_setting: str = ""
     counted_flips: int = 0
 
@@ -254,7 +254,6 @@ class FlipStatistics:
                     "version",
                     *of_setting,
                     "warnings",
-                    "notes",
                     "counts",
                     "unsettled",
                     "transition",

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base import errors
+from .notes import Note, has_note
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -90,8 +91,8 @@ class Part:
         Metres.
     inertia : (3, 3) array, read-only
         About the centre of mass in part axes, kg m².
-    warnings, notes : tuple of str
-        Each `CODE: sentence`.
+    warnings : tuple of Note
+        What a person should know of it.
     rounding : float
         Metres by which the coordinates may be off for having been stored as float32 or
         float64; grows with the distance from the origin.
@@ -117,10 +118,9 @@ class Part:
     mass: float
     center_of_mass: Array
     inertia: Array
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Note, ...] = ()
     rounding: float = 0.0
     digest: str = field(init=False, compare=False)
-    notes: tuple[str, ...] = ()
     unit: float = 1.0
     unit_guessed: bool = False
     bodies: int = 1
@@ -148,7 +148,7 @@ class Part:
     @property
     def is_open(self) -> bool:
         """Whether the convex hull stands in for the surface of an open mesh."""
-        return any(warning.startswith("OPEN_MESH:") for warning in self.warnings)
+        return has_note(self, "OPEN_MESH")
 
     def require_known_error(self, answer: str) -> None:
         """Refuse an answer, in words, that is nothing without its error."""

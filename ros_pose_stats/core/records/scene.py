@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from ...base.errors import RequestError
 from ...base.text import length_in_words, listed
+from .notes import Note, note
 
 GRAVITY = 9.80665
 DEFAULT_RESTITUTION = 0.5
@@ -183,7 +184,7 @@ def real_number(name: str, value: Any) -> float:
 
 def height_warnings(
     name: str, height: float | None, radius: float, highest: float
-) -> list[str]:
+) -> list[Note]:
     """One where no feeder has such a height, metres, for a part of this radius, metres.
 
     `name`: what kind of height; `highest`: that a feeder has, metres.
@@ -193,8 +194,11 @@ def height_warnings(
     ):
         return []
     return [
-        f"HEIGHT_SUSPECT: a {name} height of {height:g} m, which no feeder has; "
-        "heights are in metres whatever the unit of the mesh, so 200 mm are 0.2."
+        note(
+            "HEIGHT_SUSPECT",
+            f"a {name} height of {height:g} m, which no feeder has; heights are in "
+            "metres whatever the unit of the mesh, so 200 mm are 0.2.",
+        )
     ]
 
 

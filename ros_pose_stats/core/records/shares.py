@@ -9,6 +9,7 @@ import numpy as np
 
 from ...base import version
 from .. import tolerances
+from .notes import Note
 from .part import Array, Index, Part
 from .poses import StablePose
 from .scene import HIGHEST_DROP, DropScene, height_warnings
@@ -47,8 +48,7 @@ def pose_statistics(
     unsettled: int = 0,
     seed: int = 0,
     seconds: float = math.nan,
-    warnings: Iterable[str] = (),
-    notes: tuple[str, ...] = (),
+    warnings: Iterable[Note] = (),
 ) -> PoseStatistics:
     """Statistics of a part by a method.
 
@@ -77,7 +77,6 @@ def pose_statistics(
         largest_error=shares.largest_error,
         seconds=seconds,
         warnings=(*part.warnings, *scene_warnings, *warnings),
-        notes=(*part.notes, *notes),
         version=version.VERSION,
         unit=part.unit,
         unit_guessed=part.unit_guessed,

@@ -12,13 +12,11 @@ import numpy as np
 
 from ...base import errors, text
 from ...base.text import Column, several
+from .notes import Note, note_lines
 from .part import Array, Part
 from .plain_values import with_units
 from .poses import PoseGroup, StablePose, single_poses
 from .scene import DEFAULT_PLATE_ERROR, SCENE_FIELDS, Numbering, describe_scene
-
-FORGOTTEN = "FORGOTTEN: "
-"""Begins the warning of statistics without poses: their part is not known any more."""
 
 STATISTICS_FIELDS = (
     "part_id",
@@ -79,10 +77,9 @@ class PoseStatistics:
         of drops lowers it.
     seconds : float
         From mass properties to statistics, without reading files and imports.
-    warnings : tuple of str
-        What a person should act on, each `CODE: sentence`.
-    notes : tuple of str
-        What is peculiar about the part and asks for nothing, each `CODE: sentence`.
+    warnings : tuple of Note
+        What a person should know; `acts` says whether to do something before relying
+        on the answer.
     version : str
         Of this package.
     round_sides : int
@@ -120,8 +117,7 @@ class PoseStatistics:
     largest_error: float = math.nan
     plate_error: float = DEFAULT_PLATE_ERROR
     seconds: float = math.nan
-    warnings: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    warnings: tuple[Note, ...] = ()
     version: str = ""
     choice: str = ""
     round_sides: int = 0
@@ -154,7 +150,6 @@ class PoseStatistics:
             "choice",
             "scene",
             "warnings",
-            "notes",
         )
         return with_units(
             {
@@ -273,12 +268,11 @@ def _method(statistics: PoseStatistics) -> str:
 
 
 def remarks(answers: Sequence[PoseStatistics]) -> list[str]:
-    """Lines for the end: warnings and notes of all answers, and how long they took."""
-    warnings = dict.fromkeys(line for answer in answers for line in answer.warnings)
-    notes = dict.fromkeys(f"note {line}" for answer in answers for line in answer.notes)
+    """Lines for the end: warnings of all answers, and how long they took."""
+    warnings = note_lines(warning for answer in answers for warning in answer.warnings)
     seconds = sum(answer.seconds for answer in answers)
     duration = f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.1f} s"
-    return ["", *warnings, *notes, f"computed in {duration}"]
+    return ["", *warnings, f"computed in {duration}"]
 
 
 class FilledColumn(NamedTuple):

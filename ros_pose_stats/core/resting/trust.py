@@ -1,8 +1,7 @@
-"""What all answers for a part carry: warnings that ask for something, and notes."""
+"""What all answers for a part say of its poses."""
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -11,58 +10,52 @@ from ...base import text
 from .. import tolerances
 from ..mesh.vectors import lengths
 from ..records import Mask, StablePose
+from ..records.notes import Note, note
 from . import convex_body, poses, rims
 
 MOST_NAMED = 3  # most poses that a warning names; it counts the others
 
 
-class Remarks(NamedTuple):
-    """Each `CODE: sentence`; none where nothing is peculiar."""
-
-    warnings: tuple[str, ...]
-    notes: tuple[str, ...]
+_NOTES: WeakKeyDictionary[poses.RestingPoses, tuple[Note, ...]] = WeakKeyDictionary()
 
 
-_REMARKS: WeakKeyDictionary[poses.RestingPoses, Remarks] = WeakKeyDictionary()
-
-
-def pose_remarks(resting: poses.RestingPoses) -> Remarks:
-    """Remarks on a part's poses that hold for every method; made once."""
-    if resting not in _REMARKS:
-        warnings = (_coarse_remark(resting), _marginal_remark(resting.poses))
-        notes = (
-            _rounded_remark(resting.body),
-            _clustered_remark(resting),
-            _shallow_remark(resting.poses),
-            _near_tie_remark(resting),
+def pose_notes(resting: poses.RestingPoses) -> tuple[Note, ...]:
+    """Notes on a part's poses that hold for every method; made once."""
+    if resting not in _NOTES:
+        _NOTES[resting] = (
+            *_coarse_notes(resting),
+            *_marginal_notes(resting.poses),
+            *_rounded_notes(resting.body),
+            *_clustered_notes(resting),
+            *_shallow_notes(resting.poses),
+            *_near_tie_notes(resting),
         )
-        _REMARKS[resting] = Remarks(
-            tuple(filter(None, warnings)), tuple(filter(None, notes))
-        )
-    return _REMARKS[resting]
+    return _NOTES[resting]
 
 
-def _rounded_remark(body: convex_body.ConvexBody) -> str:
+def _rounded_notes(body: convex_body.ConvexBody) -> Iterator[Note]:
     if not body.rounded:
-        return ""
+        return
     sides = sorted({run.sides for run in body.runs if run.sides})
-    return (
-        f"ROUNDED: {text.several(body.rounded, 'round edge')} of the hull "
+    yield note(
+        "ROUNDED",
+        f"{text.several(body.rounded, 'round edge')} of the hull "
         f"{'is taken as a polygon' if body.rounded == 1 else 'are taken as polygons'} "
-        f"of {' or '.join(map(str, sides))} sides a turn, whatever the file has."
+        f"of {' or '.join(map(str, sides))} sides a turn, whatever the file has.",
     )
 
 
-def _coarse_remark(resting: poses.RestingPoses) -> str:
+def _coarse_notes(resting: poses.RestingPoses) -> Iterator[Note]:
     """A polygon that rolls loses energy at every facet, more where they are few."""
     angle = curve_angle(resting)
     if not angle:
-        return ""
-    return (
-        "COARSE_CURVE: poses lie on a curve that is taken as the file has it, in "
-        f"facets that turn by {math.degrees(angle):.2g} degrees each; with half as "
+        return
+    yield note(
+        "COARSE_CURVE",
+        "poses lie on a curve that is taken as the file has it, in facets that turn "
+        f"by {math.degrees(angle):.2g} degrees each; with half as "
         f"large ones shares change by up to {tolerances.EXPORTS_DIFFER} points, and "
-        "no size is the right one."
+        "no size is the right one.",
     )
 
 
@@ -114,32 +107,34 @@ def _points_on_runs(body: convex_body.ConvexBody) -> Mask:
     return on_run
 
 
-def _clustered_remark(resting: poses.RestingPoses) -> str:
+def _clustered_notes(resting: poses.RestingPoses) -> Iterator[Note]:
     merged_poses = [pose for pose in resting.poses if len(pose.members) > 1]
     if not merged_poses:
-        return ""
-    return (
-        f"CLUSTERED: {len(merged_poses)} of {len(resting.poses)} poses "
+        return
+    yield note(
+        "CLUSTERED",
+        f"{len(merged_poses)} of {len(resting.poses)} poses "
         f"{_inflect(merged_poses, 'gathers', 'gather')} several stable faces, parted "
         "by low barriers only, as on a curve or a slender bar; their probabilities "
-        "are added."
+        "are added.",
     )
 
 
-def _marginal_remark(poses: Sequence[StablePose]) -> str:
+def _marginal_notes(poses: Sequence[StablePose]) -> Iterator[Note]:
     marginal_poses = [pose for pose in poses if pose.margin < tolerances.MARGINAL_TILT]
     if not marginal_poses or len(poses) == 1:
-        return ""
+        return
     smallest_tilt = math.degrees(min(pose.margin for pose in marginal_poses))
     verb = _inflect(marginal_poses, "topples", "topple")
-    return (
-        f"MARGINAL_POSE: {_name_poses(marginal_poses)} {verb} at a tilt of the plate "
+    yield note(
+        "MARGINAL_POSE",
+        f"{_name_poses(marginal_poses)} {verb} at a tilt of the plate "
         f"of {smallest_tilt:.2g} degrees; a small change of shape or plate ends it, "
-        "and estimators other than eae, meae and split jump there."
+        "and estimators other than eae, meae and split jump there.",
     )
 
 
-def _shallow_remark(poses: Sequence[StablePose]) -> str:
+def _shallow_notes(poses: Sequence[StablePose]) -> Iterator[Note]:
     highest_barrier = max(
         (pose.barrier for pose in poses if math.isfinite(pose.barrier)), default=0.0
     )
@@ -149,25 +144,27 @@ def _shallow_remark(poses: Sequence[StablePose]) -> str:
         if pose.barrier < tolerances.SHALLOW_BARRIER * highest_barrier
     ]
     if not shallow_poses:
-        return ""
+        return
     lowest_barrier = 1e3 * min(pose.barrier for pose in shallow_poses)
-    return (
-        f"SHALLOW_POSE: {_name_poses(shallow_poses)} "
+    yield note(
+        "SHALLOW_POSE",
+        f"{_name_poses(shallow_poses)} "
         f"{_inflect(shallow_poses, 'is', 'are')} left at a far smaller rise of the "
         f"centre of mass than others, the shallowest at {lowest_barrier:.2g} mm; a "
-        f"vibrating feeder empties {_inflect(shallow_poses, 'it', 'them')}."
+        f"vibrating feeder empties {_inflect(shallow_poses, 'it', 'them')}.",
     )
 
 
-def _near_tie_remark(resting: poses.RestingPoses) -> str:
+def _near_tie_notes(resting: poses.RestingPoses) -> Iterator[Note]:
     gap = _smallest_gap(resting)
     if not tolerances.EXACT_TIE < gap < tolerances.NEAR_TIE:
-        return ""
+        return
     difference = 1e3 * gap * resting.body.radius
-    return (
-        f"NEAR_TIE: two ways from pose to pose differ by {difference:.2g} mm in "
+    yield note(
+        "NEAR_TIE",
+        f"two ways from pose to pose differ by {difference:.2g} mm in "
         "height only; which one opens first, and so where the part goes as it calms "
-        "down, hangs on details of its shape."
+        "down, hangs on details of its shape.",
     )
 
 

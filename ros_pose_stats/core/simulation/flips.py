@@ -10,6 +10,7 @@ from ...base import errors, version
 from ..kernels.drops.layout import P, V, W
 from ..mesh.vectors import cross, lengths, turn_vectors
 from ..records import Array, DropScene, FlipStatistics, Index, Part
+from ..records.notes import note
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_RESTITUTION,
@@ -19,7 +20,7 @@ from ..records.scene import (
     real_number,
 )
 from ..resting.symmetry import pair_orbits
-from ..resting.trust import pose_remarks
+from ..resting.trust import pose_notes
 from ..statistics.errors import standard_errors
 from . import chunks, drop_body, drops
 from .request import UNWATCHED, DropRequest, Watch, drop_request
@@ -118,16 +119,18 @@ def count_flips(
     counts = outcomes[:, 1:]
     unsettled = outcomes[:, 0]
     transition, errors, effective_counts = pool_flips(counts, body.resting.symmetries)
-    remarks = pose_remarks(body.resting)
     warnings = [
         *part.warnings,
-        *remarks.warnings,
+        *pose_notes(body.resting),
         *height_warnings("kick", kick, body.radius, HIGHEST_KICK),
     ]
     if unsettled.any():
         warnings.append(
-            f"UNSETTLED: {unsettled.sum()} of {outcomes.sum()} flips were given up "
-            "before their pose was certain; they are left out of the probabilities."
+            note(
+                "UNSETTLED",
+                f"{unsettled.sum()} of {outcomes.sum()} flips were given up before "
+                "their pose was certain; they are left out of the probabilities.",
+            )
         )
     return FlipStatistics(
         part_id=part.part_id,
@@ -147,7 +150,6 @@ def count_flips(
         seconds=time.perf_counter() - begin,
         warnings=tuple(warnings),
         version=version.VERSION,
-        notes=(*part.notes, *remarks.notes),
     )
 
 

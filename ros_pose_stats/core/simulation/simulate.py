@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from ...base.errors import RequestError
 from ...base.methods import SIMULATION
 from ..records import DropProgress, DropScene, Part, PoseStatistics
+from ..records.notes import Note, note
 from ..records.part import Array, Index
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
@@ -235,8 +236,11 @@ class _Simulation:
             bound = prefix.judgement().bound
             if not target_reached(bound, target):
                 target_warnings.append(
-                    f"TARGET_MISSED: the 90 % bound of the error is {bound:.2g} after "
-                    f"all {prefix.drops} drops, above the target of {target:g}."
+                    note(
+                        "TARGET_MISSED",
+                        f"the 90 % bound of the error is {bound:.2g} after all "
+                        f"{prefix.drops} drops, above the target of {target:g}.",
+                    )
                 )
         return counted_statistics(
             self._part,
@@ -260,7 +264,7 @@ def counted_statistics(
     touched: int,
     seed: int,
     seconds: float,
-    warnings: Iterable[str] = (),
+    warnings: Iterable[Note] = (),
     uncertain: str = "their pose",
 ) -> PoseStatistics:
     """Statistics of drops by the poses in which they ended, `counts` (P,).
@@ -268,19 +272,24 @@ def counted_statistics(
     `touched`: drops that were released touching the plate; `uncertain`: what was not
     certain of those that are left out.
     """
-    remarks = trust.pose_remarks(resting)
     unsettled = drops - int(counts.sum())
-    all_warnings = [*remarks.warnings, *warnings]
+    all_warnings = [*trust.pose_notes(resting), *warnings]
     if touched:
         all_warnings.append(
-            f"RELEASED_TOUCHING: in {touched} of {drops} drops the part did not fit "
-            f"under a drop height of {scene.drop_height:g} m and was released touching "
-            "the plate."
+            note(
+                "RELEASED_TOUCHING",
+                f"in {touched} of {drops} drops the part did not fit under a drop "
+                f"height of {scene.drop_height:g} m and was released touching the "
+                "plate.",
+            )
         )
     if unsettled:
         all_warnings.append(
-            f"UNSETTLED: {unsettled} of {drops} drops were given up before {uncertain} "
-            "was certain; they are left out of the probabilities."
+            note(
+                "UNSETTLED",
+                f"{unsettled} of {drops} drops were given up before {uncertain} was "
+                "certain; they are left out of the probabilities.",
+            )
         )
     return pose_statistics(
         part,
@@ -294,5 +303,4 @@ def counted_statistics(
         seed=seed,
         seconds=seconds,
         warnings=all_warnings,
-        notes=remarks.notes,
     )

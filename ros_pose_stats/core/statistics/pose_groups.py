@@ -12,6 +12,7 @@ import numpy as np
 
 from ...base import errors, methods, text
 from ..records import Array, Index, PoseStatistics, StablePose
+from ..records.notes import Note, note
 from ..records.poses import PoseGroup, single_poses
 from ..records.shares import rank_probabilities
 from .errors import jeffreys_interval
@@ -75,7 +76,7 @@ def _join_poses(
 
 def warn_of_lookalikes(
     statistics: PoseStatistics, wanted_poses: Sequence[int]
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     """Warn where only some of the poses that look the same are wanted."""
     wanted_indices = set(map(int, wanted_poses))
     sentences = []
@@ -103,8 +104,11 @@ def warn_of_lookalikes(
         )
     verb = "is" if len(missing_poses) == 1 else "are"
     return (
-        f"WANTED_ALIKE: {text.listed(sentences)} (symmetry) and {verb} not among the "
-        f"wanted ones{shares}.",
+        note(
+            "WANTED_ALIKE",
+            f"{text.listed(sentences)} (symmetry) and {verb} not among the wanted "
+            f"ones{shares}.",
+        ),
     )
 
 

@@ -16,7 +16,7 @@ from ros_pose_stats_msgs.msg import (
 
 from ...core import records
 from ...core.simulation.drops import DropChunk
-from ..equipment import NOT_RECORDED, Equipment
+from ..equipment import Equipment, unrecorded_note
 from ..messages import part_messages, statistics_messages, times
 from ..parts.known_part import KnownPart
 from ..parts.registry import PartRegistry
@@ -177,7 +177,7 @@ class JobReports(JobListener):
             answer = part.results.number(job.snapshot, job.settings, job.job_id)
             if not job.is_recorded:
                 answer = statistics_messages.with_warning(
-                    answer, NOT_RECORDED.format("its acceptance could not be")
+                    answer, unrecorded_note("its acceptance could not be")
                 )
             data = serialize_message(answer)
         change = job_change(event, data)

@@ -10,7 +10,6 @@ from typing import Any
 
 from ros_pose_stats_msgs.msg import Code
 
-from ...base import text
 from ...base.errors import PoseStatsError
 from ...core.records import FlipStatistics, Part, PoseStatistics
 from ..lanes import result_or_refusal
@@ -190,13 +189,11 @@ class Jobs:
         if stop.reason:
             self._end(job, State.CANCELLED, job.cancel_reason)
             return
-        cut_short = {
-            line: CUT_SHORT[code]
-            for line in outcome.warnings
-            if (code := text.code_of(line)) in CUT_SHORT
-        }
-        code = max(cut_short.values(), default=Code.OK)
-        self._end(job, State.DONE, " ".join(cut_short), code)
+        cut_short = [
+            warning for warning in outcome.warnings if warning.code in CUT_SHORT
+        ]
+        code = max((CUT_SHORT[warning.code] for warning in cut_short), default=Code.OK)
+        self._end(job, State.DONE, " ".join(map(str, cut_short)), code)
 
     def _should_give_way(self, job: Job) -> bool:
         """Whether clients wait for what a refinement takes."""

@@ -12,6 +12,7 @@ from ...base import errors, methods
 from ...core.estimators import best_method
 from ...core.planning import auto, confidence
 from ...core.records import DropScene, Part
+from ...core.records.notes import note
 from ...core.resting.poses import poses_in
 from ..equipment import Equipment
 from ..lanes import Lane, Rank, finished_future
@@ -218,13 +219,13 @@ class Refinement:
             job = self._jobs.submit(request, finished_future(part), settings)
         except errors.RequestError as refusal:  # the estimate is an answer all the same
             return _missed(checked, f"{reason}; drops cannot refine it now: {refusal}")
-        promise = (
-            f"at most {most_drops} drops in the background will refine it, "
-            f"job {job.job_id}."
-        )
         if not job.is_recorded:
-            promise += f" {self._equipment.not_recorded()}"
-        return _missed(checked, f"{reason}; {promise}")
+            checked = self._equipment.warn_unrecorded(checked)
+        return _missed(
+            checked,
+            f"{reason}; at most {most_drops} drops in the background will refine it, "
+            f"job {job.job_id}.",
+        )
 
     def _explain_miss(
         self,
@@ -253,4 +254,5 @@ def _means(message: PoseStatistics) -> str:
 
 
 def _missed(message: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
-    return statistics_messages.with_warning(message, f"TARGET_MISSED: {choice}"), choice
+    warning = note("TARGET_MISSED", choice)
+    return statistics_messages.with_warning(message, warning), choice

@@ -21,6 +21,7 @@ from ...core.records import (
     Part,
     PoseStatistics,
 )
+from ...core.records.notes import note
 from ...core.resting.poses import poses_in
 from ...core.simulation import drops, flips, simulate
 from ...core.simulation.request import Watch, drop_request
@@ -197,7 +198,7 @@ class Stop:
             self.reason = ""
         elif self._is_late:
             seconds = self._job.request.max_seconds
-            warning = f"TIME_LIMIT: ended after {seconds:g} s with {extent}."
+            warning = note("TIME_LIMIT", f"ended after {seconds:g} s with {extent}.")
             return replace(outcome, warnings=(*outcome.warnings, warning))
         return outcome
 

@@ -15,9 +15,10 @@ from ros_pose_stats_msgs import msg
 
 from ...base import version
 from ...core import records
+from ...core.records.notes import Note, has_note, note, notes_of
 from ...core.records.poses import POSE_FIELDS
 from ...core.records.scene import SCENE_FIELDS
-from ...core.records.statistics import FORGOTTEN, STATISTICS_FIELDS
+from ...core.records.statistics import STATISTICS_FIELDS
 from .part_messages import pack_array
 from .times import current_stamp, time_message
 
@@ -40,8 +41,9 @@ def statistics_message(
     message.poses = [
         _pose_message(statistics.part_id, pose) for pose in statistics.poses
     ]
-    message.warnings = list(statistics.warnings)
-    message.notes = list(statistics.notes)
+    message.warnings = [
+        msg.Note(**warning._asdict()) for warning in statistics.warnings
+    ]
     return message
 
 
@@ -52,10 +54,10 @@ def fill_bounds(response: Any, **numbers: Sequence[float]) -> None:
             setattr(response, name + end, value)
 
 
-def with_warning(message: msg.PoseStatistics, warning: str) -> msg.PoseStatistics:
+def with_warning(message: msg.PoseStatistics, warning: Note) -> msg.PoseStatistics:
     """The same result with one more warning."""
     message_copy = copy.copy(message)  # which shares the poses
-    message_copy.warnings = [*message.warnings, warning]
+    message_copy.warnings = [*message.warnings, msg.Note(**warning._asdict())]
     return message_copy
 
 
@@ -78,8 +80,8 @@ def farewell_message(
     ):
         setattr(message, name, getattr(last, name))
     message.expected_error = message.largest_error = message.plate_error = math.nan
-    message.warnings = [f"{FORGOTTEN}{reason}; send the mesh again to get results."]
-    return message
+    farewell = note("FORGOTTEN", f"{reason}; send the mesh again to get results.")
+    return with_warning(message, farewell)
 
 
 _Outlines = tuple["array[float]", "array[float]"]
@@ -126,8 +128,7 @@ def statistics_of_message(message: msg.PoseStatistics) -> records.PoseStatistics
     return records.PoseStatistics(
         poses=tuple(_pose_of(pose) for pose in message.poses),
         seconds=seconds,
-        warnings=tuple(message.warnings),
-        notes=tuple(message.notes),
+        warnings=notes_of(message),
         **fields,
     )
 
@@ -165,12 +166,12 @@ def comparable_error(message: msg.PoseStatistics) -> float:
 
 def is_recorded(message: msg.PoseStatistics) -> bool:
     """Whether nothing is said of a result that could not be written down."""
-    return not any(line.startswith("NOT_RECORDED:") for line in message.warnings)
+    return not has_note(message, "NOT_RECORDED")
 
 
 def refutes(message: msg.PoseStatistics) -> bool:
     """Whether a result is of drops that contradicted an estimate."""
-    return any(line.startswith("CONFLICT:") for line in message.warnings)
+    return has_note(message, "CONFLICT")
 
 
 def replaces(newer: msg.PoseStatistics, older: msg.PoseStatistics) -> bool:

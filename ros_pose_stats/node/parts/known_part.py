@@ -16,6 +16,7 @@ from ...base import methods, text
 from ...core.estimators.estimate import estimate_in
 from ...core.planning import auto
 from ...core.records import Array, DropScene, Index, Part
+from ...core.records.notes import notes_of
 from ...core.records.scene import DEFAULT_SEED
 from ...core.simulation.request import Watch, drop_request
 from ..equipment import Equipment
@@ -446,8 +447,7 @@ class KnownPart:
             f"({text.most_probable(message.poses)} % by {message.method}); "
             f"bag {self._equipment.recorder.log.directory}"
         )
-        suspect = [
-            line for line in message.warnings if line.startswith("HEIGHT_SUSPECT")
-        ]
-        for warning in (*self.geometry.warnings, *suspect):
-            log.warning(f"{self.part_id}: {warning}")
+        for warning in notes_of(message):
+            is_of_part = warning in self.geometry.warnings
+            if warning.acts and (is_of_part or warning.code == "HEIGHT_SUSPECT"):
+                log.warning(f"{self.part_id}: {warning}")

@@ -13,6 +13,7 @@ from mcap_ros2.decoder import DecoderFactory
 
 from ...base.errors import BagError, PoseStatsError
 from ...core.records import Part
+from ...core.records.notes import note_of_sentence
 from .reader import RawMessage
 
 PACKAGE = "ros_pose_stats_msgs"
@@ -114,6 +115,9 @@ def modernised(message: Any) -> Any:
             drops_done=getattr(message, "drops_done", 0),
             drops_total=getattr(message, "drops", 0),
         )
+    sentences = [*getattr(message, "warnings", ()), *getattr(message, "notes", ())]
+    if sentences and all(isinstance(sentence, str) for sentence in sentences):
+        message.warnings = [note_of_sentence(sentence) for sentence in sentences]
     return message
 
 

@@ -235,7 +235,10 @@ class PlanFeedingServer(GoalServer[Plan]):
                 f"intervals: simulate the part"
             )
         response.message = " ".join(
-            [f"{basis}.", *pose_groups.warn_of_lookalikes(statistics, request.wanted)]
+            [
+                f"{basis}.",
+                *map(str, pose_groups.warn_of_lookalikes(statistics, request.wanted)),
+            ]
         )
 
     def _flip(

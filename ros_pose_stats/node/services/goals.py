@@ -330,8 +330,8 @@ class SimulateFlipsServer(JobServer):
         for name in ("part_id", "part_digest", "restitution", "kick_height", "seed"):
             setattr(result, name, getattr(flips, name))
         for warning in flips.warnings:
-            if warning.startswith("HEIGHT_SUSPECT"):
-                result.message = f"{result.message} {warning}".lstrip()
+            if warning.code == "HEIGHT_SUSPECT":
+                result.message = str(warning)
         result.flips = pack_array(flips.counts.sum(axis=1) + flips.unsettled, "Q")
         result.unsettled = pack_array(flips.unsettled, "Q")
         result.transition = pack_array(flips.transition)

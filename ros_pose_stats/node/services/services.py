@@ -10,6 +10,7 @@ from ...base import errors, methods, text
 from ...core.mesh import mass_properties
 from ...core.mesh.parts import shift_center
 from ...core.records import Array, Part
+from ...core.records.notes import note
 from ...core.simulation.request import check_target
 from ..answering_node import Steps
 from ..equipment import Equipment
@@ -285,7 +286,9 @@ def _warn_of_shift(message: PoseStatistics, offset: Array) -> PoseStatistics:
     shift = text.listed([text.millimetres(x) for x in offset.tolist()])
     return statistics_messages.with_warning(
         message,
-        f"COM_SHIFTED: the centre of mass is shifted by {shift} mm along the part's "
-        "axes, the inertia about it stays; what is latched is of the part as it was "
-        "sent.",
+        note(
+            "COM_SHIFTED",
+            f"the centre of mass is shifted by {shift} mm along the part's axes, the "
+            "inertia about it stays; what is latched is of the part as it was sent.",
+        ),
     )

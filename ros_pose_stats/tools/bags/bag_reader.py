@@ -15,7 +15,8 @@ from typing import Any, TypeAlias
 from ...base.errors import BagError
 from ...base.files import folders_below, open_file
 from ...base.text import listed, several
-from ...core.records import Part, statistics
+from ...core.records import Part
+from ...core.records.notes import Note, has_note
 from ...core.records.scene import Numbering, numbering_of
 from ...node.recording import decoding
 from ...node.recording.reader import RawMessage, files_of_bag, read_messages
@@ -259,7 +260,7 @@ class PartRecord:
     histories: tuple[ResultHistory, ...]
     jobs: tuple[Job, ...]  # by time
     forgotten: tuple[int, ...]  # when the node forgot the part, nanoseconds since 1970
-    warnings: tuple[str, ...]  # of all results, each once
+    warnings: tuple[Note, ...]  # of all results, each once
     plates: tuple[str, ...]  # named by results
     drop_log: DropLog  # drops recorded one by one
 
@@ -400,8 +401,7 @@ class _BagReader:
 
     def _add_result(self, message: Any, time: int, topic: str) -> None:
         if not getattr(message, "poses", ()):
-            warnings = getattr(message, "warnings", ())
-            if any(warning.startswith(statistics.FORGOTTEN) for warning in warnings):
+            if has_note(message, "FORGOTTEN"):
                 digest = str(getattr(message, "part_digest", ""))
                 self._jobs.note_forgotten(str(message.part_id), digest, time)
             else:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...base.methods import OBSERVED, SIMULATION
 from ...core.records import Array, Index, Mask
+from ...core.records.notes import Note, notes_of
 from ...core.records.poses import POSE_FIELDS
 from ...core.records.scene import Numbering, describe_scene
 from ...core.records.statistics import STATISTICS_FIELDS
@@ -184,7 +185,7 @@ class ResultCollector:
         self._code = int(getattr(first, "numbering", 0))  # 0: of a node up to 0.2.0
         self.radius = float(getattr(first, "radius", math.nan))
         self.poses = _pose_table(_sorted(first.poses))
-        self.warnings: dict[str, None] = {}
+        self.warnings: dict[Note, None] = {}
         self._rows: dict[bytes, int] = {}
         self._methods: dict[str, int] = {}
         self._scenes: dict[Any, int] = {}
@@ -231,7 +232,7 @@ class ResultCollector:
             result.probability,
             result.count,
         )
-        self.warnings.update(dict.fromkeys(getattr(message, "warnings", ())))
+        self.warnings.update(dict.fromkeys(notes_of(message)))
         if content in self._rows:
             self._results()["latched"][self._rows[content]] |= latched
             return

@@ -141,8 +141,8 @@ def _page_row(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list
         row["drops"],
         *(_short(row[name]) for name in NUMBERS),
         *(_millimetres(row[name]) for name in SIZES),
-        store.doubts_of(row),
-        row.get("notes", ()),  # rows of older versions have none
+        list(map(str, store.doubts_of(row))),
+        [str(warning) for warning in store.notes_of(row) if not warning.acts],
         _groups(row["poses"]),
     ]
 

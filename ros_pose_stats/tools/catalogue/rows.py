@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base import errors, text
+from ...base import errors
 from ...core.mesh import files, mass_properties, parts
 from ...core.planning import auto
 from ...core.records import Array, Part, PoseStatistics
+from ...core.records.notes import has_note
 from ...core.records.plain_values import plain_value
 from ...core.records.poses import PoseGroup
 from ...core.statistics import feeding, pose_groups
@@ -103,8 +104,7 @@ def _described(
         workers=threads,
         **asdict(scene),
     )
-    codes = map(text.code_of, statistics.warnings)
-    to_be_dropped = is_bounded and "TARGET_MISSED" in codes
+    to_be_dropped = is_bounded and has_note(statistics, "TARGET_MISSED")
     groups = pose_groups.pose_groups(statistics)
     row = {
         "file": name,
@@ -150,7 +150,6 @@ def _row(part: Part, estimate: PoseStatistics, groups: Sequence[PoseGroup]) -> R
         "footprint_width_m": width,
         "top_m": best.first.top,
         "warnings": list(estimate.warnings),
-        "notes": list(part.notes),
     }
 
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 from ...base import errors, extras, files, text
 from ...core.mesh.units import unit_in_words
+from ...core.records.notes import Note, note_of_sentence
 from ..batch.folder import needing_room
 from .request import PartFile
 from .rows import Described, Row
@@ -174,9 +175,21 @@ class Tally:
         )
 
 
-def doubts_of(row: Row) -> list[str]:
-    """Warnings but that of a guessed unit, which a catalogue gives once for all."""
-    return [line for line in row["warnings"] if text.code_of(line) != "UNIT_GUESSED"]
+def doubts_of(row: Row) -> list[Note]:
+    """What to act on, but a guessed unit, which a catalogue gives once for all."""
+    return [
+        warning
+        for warning in notes_of(row)
+        if warning.acts and warning.code != "UNIT_GUESSED"
+    ]
+
+
+def notes_of(row: Row) -> list[Note]:
+    """The warnings of a row; version 0.2.0 wrote them as sentences."""
+    return [
+        note_of_sentence(warning) if isinstance(warning, str) else Note(**warning)
+        for warning in row.get("warnings", ())
+    ]
 
 
 def tally(rows: Iterable[Row]) -> Tally:
@@ -192,7 +205,7 @@ def tally(rows: Iterable[Row]) -> Tally:
         counts.one_way += share is not None and share >= ONE_WAY
         if row["unit_guessed"]:
             counts.guessed[unit_in_words(row["unit_m"])] += 1
-        codes = set(map(text.code_of, doubts_of(row)))
+        codes = {warning.code for warning in doubts_of(row)}
         counts.doubted += bool(codes)
         counts.warnings.update(sorted(codes))
         # However the part is turned in its file.
@@ -310,7 +323,12 @@ def _tables(rows: Callable[[], Iterable[Row]]) -> dict[str, Table]:
     parts = (
         {
             **row,
-            **{key: BETWEEN.join(row.get(key, ())) for key in ("warnings", "notes")},
+            **{
+                name: BETWEEN.join(
+                    str(warning) for warning in notes_of(row) if warning.acts is acts
+                )
+                for name, acts in (("warnings", True), ("notes", False))
+            },
         }
         for row in rows()
     )

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...base.extras import require_modules
+from ...core.records.notes import note_lines
 from ...core.records.scene import HIGHEST_DROP, height_warnings
 from .terminal import arguments, running
 
@@ -79,7 +80,9 @@ def run(options: argparse.Namespace) -> int:
         f"drop {options.drop}, seed {seed}: {trajectory.impacts} impacts, at rest in "
         f"pose {trajectory.pose}",
         running.describe_size(file),
-        *height_warnings("drop", scene.drop_height, trajectory.radius, HIGHEST_DROP),
+        *note_lines(
+            height_warnings("drop", scene.drop_height, trajectory.radius, HIGHEST_DROP)
+        ),
         sep="\n",
     )
     return 0

@@ -16,9 +16,9 @@ from ...base.text import (
     points,
     printable,
     ranges,
-    remarks,
     several,
 )
+from ...core.records.notes import note_paragraph
 from ...core.records.scene import DEFAULT_PLATE_ERROR
 from .terminal import arguments, running
 
@@ -219,13 +219,13 @@ def comparison_table(comparison: "Comparison") -> list[str]:
     ]
     for variant in comparison.variants:
         lines += ["", *variant_table(variant)]
-    warnings, notes = (
-        [": ".join(remark) for remark in describe.name_remarks(comparison, kind)]
-        for kind in ("warnings", "notes")
-    )
+    warnings = [  # each line begins with the variants that have it
+        warning._replace(code=f"{letters}: {warning.code}")
+        for letters, warning in describe.name_warnings(comparison)
+    ]
     return [
         *lines,
-        *remarks(warnings, notes),
+        *note_paragraph(warnings),
         "",
         "in brackets and as ranges: 90 % intervals, each by itself; verdicts hold for "
         "all poses together",

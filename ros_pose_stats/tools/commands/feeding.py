@@ -13,9 +13,9 @@ from ...base.text import (
     length_in_words,
     listed,
     millimetres,
-    remarks,
     several,
 )
+from ...core.records.notes import Note, note_paragraph
 from ...core.records.scene import HIGHEST_KICK, SCENE_FIELDS, height_warnings
 from .terminal import arguments, flip_counts, running
 
@@ -150,7 +150,6 @@ def run(options: argparse.Namespace) -> int:
             "seed": flip_request.seed,
             "flips": flip_count,
             "warnings": warnings,
-            "notes": statistics.notes,
             **plan.as_dict(),
         },
         plan_table(statistics, plan, cell, flip_request.seed, warnings),
@@ -191,7 +190,7 @@ def refuse_no_kicks(picture: Path | None, options: argparse.Namespace) -> None:
 
 def collect_warnings(
     statistics: "PoseStatistics", kicks: "Sequence[float]", options: argparse.Namespace
-) -> list[str]:
+) -> "list[Note]":
     """Warnings of the estimate, about poses that look alike, and about high kicks."""
     from ...core.statistics.pose_groups import warn_of_lookalikes
 
@@ -227,7 +226,7 @@ def plan_table(
     plan: "FeedingPlan",
     cell: "FeederCell",
     seed: int,
-    warnings: list[str],
+    warnings: "list[Note]",
 ) -> list[str]:
     """The plan for people."""
     from ...core.planning.feeding_plan import FLIPS_ERROR
@@ -262,7 +261,7 @@ def plan_table(
         f"in brackets: 90 % intervals, with {100.0 * statistics.plate_error:.2g} "
         f"points of error of the plate and {100.0 * FLIPS_ERROR:g} of flips that "
         f"nobody counted; seed {seed}",
-        *remarks(warnings, statistics.notes),
+        *note_paragraph(warnings),
     ]
 
 

@@ -157,9 +157,9 @@ def read_counts(options: argparse.Namespace) -> "tuple[list[CountedPart], list[s
         for part, counts in read_count_rows(table).items()
     ]
     notes = [
-        f"{counted.part.part_id}: {remark}"
+        f"{counted.part.part_id}: {warning}"
         for counted in counted_parts
-        for remark in (*counted.part.warnings, *counted.part.notes)
+        for warning in counted.part.warnings
     ]
     if bags:
         from ..bags.plate_counts import counts_on_plate

@@ -11,9 +11,9 @@ from ...base.text import (
     columns,
     length_in_words,
     percent,
-    remarks,
     several,
 )
+from ...core.records.notes import note_paragraph
 from ...core.records.scene import DEFAULT_DROPS
 from .terminal import arguments, flip_counts, running
 
@@ -215,7 +215,7 @@ def flips_table(
     ]
     if feedings:
         lines += ["", *feedings_table(feedings)]
-    return [*lines, *remarks(flips.warnings, flips.notes)]
+    return [*lines, *note_paragraph(flips.warnings)]
 
 
 def describe_flips(part: "Part", flips: "FlipStatistics") -> list[str]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from ...base.errors import RequestError
 from ...base.files import write_file
 from ...base.text import Column, columns, name_poses, points, several
+from ...core.records.notes import note_lines
 from ...core.records.scene import describe_scene
 from .terminal import arguments, running
 
@@ -200,7 +201,7 @@ def sensitivity_table(sensitivity: "Sensitivity") -> list[str]:
     return [
         *lines,
         "",
-        *sensitivity.warnings,
+        *note_lines(sensitivity.warnings),
         f"computed in {sensitivity.seconds:.1f} s; --json lists all "
         "effects with their errors",
         describe.JUDGED,

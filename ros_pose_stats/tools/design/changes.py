@@ -215,7 +215,6 @@ class DesignSpace:
             inertia * (part.mass * old_body.radius**2),
             part.warnings,
             part.rounding,
-            notes=part.notes,
             unit=part.unit,
             unit_guessed=part.unit_guessed,
             bodies=part.bodies,

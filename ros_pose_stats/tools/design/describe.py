@@ -7,6 +7,7 @@ import numpy as np
 
 from ...base.text import listed, name_poses, points, several
 from ...core.records import Array
+from ...core.records.notes import Note
 from ...core.records.plain_values import without_rounding
 from . import changes, comparison, paired_drops
 
@@ -177,10 +178,10 @@ def describe_matching(variant: comparison.VariantComparison) -> list[str]:
     return lines
 
 
-def name_remarks(result: comparison.Comparison, kind: str) -> list[tuple[str, str]]:
-    """`warnings` or `notes` of all variants, each once, behind their variants."""
-    letters_of: dict[str, list[str]] = {}
+def name_warnings(result: comparison.Comparison) -> list[tuple[str, Note]]:
+    """Warnings of all variants, each once, behind their variants."""
+    letters_of: dict[Note, list[str]] = {}
     for number, statistics in enumerate(result.statistics):
-        for line in dict.fromkeys(getattr(statistics, kind)):
-            letters_of.setdefault(line, []).append(letter(number))
-    return [(listed(letters), line) for line, letters in letters_of.items()]
+        for warning in dict.fromkeys(statistics.warnings):
+            letters_of.setdefault(warning, []).append(letter(number))
+    return [(listed(letters), warning) for warning, letters in letters_of.items()]

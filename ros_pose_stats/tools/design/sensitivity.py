@@ -18,6 +18,7 @@ from ...base.text import points, several
 from ...core import tolerances
 from ...core.estimators import estimate_in
 from ...core.records import DropScene, Part
+from ...core.records.notes import Note
 from ...core.records.plain_values import with_units
 from ...core.records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
@@ -96,8 +97,8 @@ class Sensitivity:
     drops: int  # of each check
     seed: int
     seconds: float
-    # about the part, the estimate and the wanted poses, each `CODE: sentence`
-    warnings: tuple[str, ...] = ()
+    # about the part, the estimate and the wanted poses
+    warnings: tuple[Note, ...] = ()
 
     @property
     def share(self) -> float:

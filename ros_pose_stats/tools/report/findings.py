@@ -5,11 +5,12 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import NamedTuple
 
-from ...base import errors, text
+from ...base import errors
 from ...core.estimators import best_method, estimate_all
 from ...core.kernels.compilation import prepare_kernels
 from ...core.planning.auto import auto
 from ...core.records import DropScene, FlipStatistics, Part, PoseStatistics
+from ...core.records.notes import Note
 from ...core.resting import pose_sphere, poses, splitting_graph
 from ...core.simulation import flips, request, simulate
 from ...core.statistics import feeding, pose_groups
@@ -96,21 +97,22 @@ class Findings:
         return next(estimate for estimate in self.estimates if estimate.method == best)
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """What asks a person to act: of the drops, and of the wanted poses."""
+    def warnings(self) -> tuple[Note, ...]:
+        """Of the wanted poses, and of the drops."""
         return (
             *pose_groups.warn_of_lookalikes(self.simulated, self.feeder.wanted),
             *self.simulated.warnings,
         )
 
     @property
-    def cautions(self) -> list[str]:
-        """What else the estimates say of themselves, each code once."""
-        codes = set(map(text.code_of, self.simulated.warnings))
+    def cautions(self) -> list[Note]:
+        """What else to act on the estimates say of themselves, each code once."""
+        codes = {warning.code for warning in self.simulated.warnings}
         cautions = {
-            text.code_of(warning): warning
+            warning.code: warning
             for statistics in (self.best_estimate, *self.estimates)[::-1]
             for warning in statistics.warnings
+            if warning.acts
         }
         return [warning for code, warning in cautions.items() if code not in codes]
 

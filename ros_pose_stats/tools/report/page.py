@@ -12,6 +12,7 @@ from ...base.text import name_poses, ranges
 from ...core.mesh.decimation import visible_triangles
 from ...core.mesh.units import unit_in_words
 from ...core.records import Array, Part, StablePose
+from ...core.records.notes import has_note
 from ...core.records.poses import PoseGroup, single_poses
 from ...core.records.statistics import listed_groups
 from ...core.statistics import feeding, pose_groups
@@ -104,12 +105,14 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
             "0" if abs(x) < ROUNDING * statistics.radius else words.in_millimetres(x)
             for x in part.center_of_mass.tolist()
         ],
-        missed=any(
-            warning.startswith("TARGET_MISSED") for warning in statistics.warnings
-        ),
-        warnings=list(map(words.in_words, findings.warnings)),
+        missed=has_note(statistics, "TARGET_MISSED"),
+        warnings=[
+            words.in_words(warning) for warning in findings.warnings if warning.acts
+        ],
         cautions=list(map(words.in_words, findings.cautions)),
-        notes=list(map(words.in_words, statistics.notes)),
+        notes=[
+            words.in_words(warning) for warning in findings.warnings if not warning.acts
+        ],
         cards=[
             (group, figures.address("png", figures.png_bytes(picture)))
             for group, picture in zip(drawn_groups, pictures, strict=True)
@@ -265,10 +268,11 @@ def comparison_page(
         sections=[_section(compared, statistics) for statistics in compared.variants],
         **{
             kind: [
-                (variant, *words.in_words(line))
-                for variant, line in describe.name_remarks(compared, kind)
+                (variant, *words.in_words(warning))
+                for variant, warning in describe.name_warnings(compared)
+                if warning.acts is acts
             ]
-            for kind in ("warnings", "notes")
+            for kind, acts in (("warnings", True), ("notes", False))
         },
     )
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from ...base.text import listed, several, three_digits
+from ...core.records.notes import Note
 
 SPACE = "\N{NO-BREAK SPACE}"
 RANGE = "\N{EN DASH}"
@@ -97,6 +98,10 @@ WORDS = {
         "Drops contradict the quick estimate",
         "The estimate is left out: the answer is that of the drops alone.",
     ),
+    "MODEL_GAP": (
+        "The cell counts otherwise than the model",
+        "The answer has learnt from the counts; a fitted plate brings the model closer.",
+    ),
     "LOW_DROP": (
         "The part is released low",
         "The pose at release will come up more often than the estimates say; the "
@@ -126,11 +131,11 @@ WORDS = {
 """By code: a heading, and what it means or what to do."""
 
 
-def in_words(warning: str) -> tuple[str, str, str]:
+def in_words(warning: Note) -> tuple[str, str, str]:
     """Heading, what was found, and what it means."""
-    code, _, sentence = warning.partition(": ")
-    heading, meaning = WORDS.get(code, (code.replace("_", " ").capitalize(), ""))
-    return heading, begin(sentence), meaning
+    heading = warning.code.replace("_", " ").capitalize()
+    heading, meaning = WORDS.get(warning.code, (heading, ""))
+    return heading, begin(warning.text), meaning
 
 
 def begin(sentence: str) -> str:

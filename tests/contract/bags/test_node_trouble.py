@@ -233,7 +233,7 @@ NOT_RECORDED = "NOT_RECORDED: "
 
 def unrecorded(statistics):
     return [
-        warning for warning in statistics.warnings if warning.startswith(NOT_RECORDED)
+        warning for warning in statistics.warnings if warning.code == "NOT_RECORDED"
     ]
 
 

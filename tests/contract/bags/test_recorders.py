@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from ros_pose_stats_msgs.msg import Note
 
 from ros_pose_stats import analyse_bags
 from tests.running import answer_json
@@ -56,7 +57,7 @@ def test_every_recorder_gives_the_same(recorder, tmp_path, plain):
 def test_results_are_a_history_led_by_most_drops(tmp_path):
     (part,) = analyse_bags(write_run(tmp_path)).contents.parts
     assert (part.part_id, part.radius) == ("clamp", 0.02)
-    assert part.warnings == ("LOW_DROP: released low.",)
+    assert list(map(str, part.warnings)) == ["LOW_DROP: released low."]
     (history,) = part.histories
     assert history.numbering == (0.005, 192)
     assert history.poses.index.tolist() == [0, 1, 2, 3, 4]
@@ -157,7 +158,7 @@ class TestSeveralBags:
         well.
         """
         last = result(
-            3.0, probability=(), warnings=["FORGOTTEN: a client had it forgotten."]
+            3.0, probability=(), warnings=[Note(code="FORGOTTEN", text="it went.")]
         )
         write_recorded(
             tmp_path / "bag",

@@ -264,3 +264,36 @@ def test_events_of_0_2_are_read_with_the_states_of_today(tmp_path):
     assert (job.part_id, job.message) == ("clamp", "no")
     assert 0 < job.queued == job.started == job.ended
     assert part.forgotten == (job.ended,)
+
+
+def result_of_0_2(folder):
+    """A bag with a result whose warnings are sentences."""
+    sentences = "string[] warnings\nstring[] notes\nStablePose[] poses"
+    return write_plain(
+        folder / "result.mcap",
+        [
+            (
+                "PoseStatistics",
+                OLD.replace("StablePose[] poses", sentences),
+                {
+                    **ABOUT,
+                    "method": "meae",
+                    "poses": POSES,
+                    "warnings": ["LOW_DROP: released 2: low.", "FADED: not today."],
+                    "notes": ["CLUSTERED: some."],
+                },
+            )
+        ],
+    )
+
+
+NOTES_OF_0_2 = [
+    ("LOW_DROP", "released 2: low.", True),
+    ("FADED", "not today.", True),
+    ("CLUSTERED", "some.", False),
+]
+
+
+def test_warnings_of_0_2_are_notes(tmp_path):
+    (part,) = analyse_bags(result_of_0_2(tmp_path)).contents.parts
+    assert list(part.warnings) == NOTES_OF_0_2

@@ -84,9 +84,9 @@ def test_wanted_poses_of_which_symmetry_has_more_are_pointed_out(boxes):
     ]
     values = answer_json(*request, "2")
     assert [
-        line.partition(" and is")[0]
+        f"{warning['code']}: {warning['text'].partition(' and is')[0]}"
         for variant in values["variants"]
-        for line in variant["warnings"]
+        for warning in variant["warnings"]
     ] == warnings
     text = answer(*request, "2")
     assert f"A: {warnings[0]}" in text and f"B: {warnings[1]}" in text

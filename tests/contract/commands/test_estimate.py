@@ -112,33 +112,38 @@ class TestTable:
             )
 
     @pytest.mark.parametrize(
-        ("name", "options", "code"),
+        ("name", "options", "code", "acts"),
         [
-            ("box", (), "UNIT_GUESSED"),
-            ("open", ("--unit", "mm"), "HOLES_CLOSED"),
+            ("box", (), "UNIT_GUESSED", True),
+            ("open", ("--unit", "mm"), "HOLES_CLOSED", False),
+            ("cylinder", ("--unit", "mm"), "CLUSTERED", False),
             (
                 "box",
                 ("--unit", "mm", "--drop-height", "0.03", "--method", "meae"),
                 "LOW_DROP",
+                True,
             ),
         ],
     )
-    def test_warnings_are_in_table_and_object(self, parts, name, options, code):
+    def test_warnings_are_in_table_and_object(self, parts, name, options, code, acts):
         request = "estimate", parts / f"{name}.stl", *options
-        assert f"\n{code}: " in answer(*request)
-        assert code in [
-            line.partition(":")[0] for line in answer_json(*request)["warnings"]
-        ]
+        (warning,) = (
+            warning
+            for warning in answer_json(*request)["warnings"]
+            if warning["code"] == code
+        )
+        assert warning.keys() == {"code", "text", "acts"} and warning["acts"] is acts
+        begin = "\n" if acts else "\nnote "
+        assert f"{begin}{code}: {warning['text']}\n" in answer(*request)
 
-    def test_notes_stand_below_the_table_and_in_the_object(self, parts):
-        request = "estimate", parts / "cylinder.stl", "--unit", "mm"
-        printed_object = answer_json(*request)
-        assert "CLUSTERED" in [
-            line.partition(":")[0] for line in printed_object["notes"]
-        ]
-        assert printed_object["warnings"] == []
-        lines = "".join(f"\nnote {line}" for line in printed_object["notes"])
-        assert f"{lines}\ncomputed" in answer(*request)
+    def test_what_to_act_on_comes_first(self, parts):
+        """The table ends with them."""
+        request = "estimate", parts / "cylinder.stl"
+        warnings = answer_json(*request)["warnings"]
+        assert {warning["acts"] for warning in warnings} == {True, False}
+        lines = answer(*request).splitlines()[-len(warnings) - 1 : -1]
+        is_note = [line.startswith("note ") for line in lines]
+        assert is_note == sorted(is_note)
 
 
 class TestJson:
@@ -249,14 +254,18 @@ class TestOptions:
             assert f", {count} triangles, " in answer(*words, "--body", body)
         assert "a body from 0 to 1, got 2" in refusal(*words, "--body", "2")
         write_stl(file, (np.vstack((vertices, vertices + beside)), pair))
-        note = answer_json(*words)["notes"][0]
-        assert note.startswith("BODIES_APART: the mesh has 2 equal bodies")
+        note = answer_json(*words)["warnings"][0]
+        assert note["code"] == "BODIES_APART"
+        assert note["text"].startswith("the mesh has 2 equal bodies")
 
     def test_the_unit_is_a_guess_where_nobody_names_it(self, box):
         guessed = answer_json("estimate", box[0], "--drop-height", "200mm")
         with_height = answer_json("estimate", *box, "--drop-height", 0.2)
-        (warning,) = set(guessed.pop("warnings")) - set(with_height.pop("warnings"))
-        assert warning.startswith("UNIT_GUESSED") and "mm" in warning
+        known_unit = with_height.pop("warnings")
+        (warning,) = (
+            warning for warning in guessed.pop("warnings") if warning not in known_unit
+        )
+        assert warning["code"] == "UNIT_GUESSED" and "mm" in warning["text"]
         assert (guessed.pop("unit_guessed"), with_height.pop("unit_guessed")) == (
             True,
             False,
@@ -277,7 +286,7 @@ class TestOptions:
     )
     def test_a_height_that_no_feeder_has_is_pointed_out(self, box, words):
         warnings = answer_json(words[0], *box, *words[1:])["warnings"]
-        assert any(line.startswith("HEIGHT_SUSPECT") for line in warnings)
+        assert "HEIGHT_SUSPECT" in [warning["code"] for warning in warnings]
 
     def test_cluster_tolerance_and_round_sides(self, cylinder):
         options = "--cluster-tolerance", "0", "--round-sides", "0"

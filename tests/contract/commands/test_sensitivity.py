@@ -108,11 +108,12 @@ class TestTable:
         text = answer(*request)
         warnings = answer_json(*request)["warnings"]
         assert "\nbox: wanted pose 2: " in text and "\nreleased 539 mm above a " in text
-        assert [line.partition(":")[0] for line in warnings] == [
+        assert [warning["code"] for warning in warnings] == [
             "UNIT_GUESSED",
             "WANTED_ALIKE",
         ]
-        assert "\n".join(warnings) in text
+        lines = [f"{warning['code']}: {warning['text']}" for warning in warnings]
+        assert "\n".join(lines) in text
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,7 @@ def rms(values):
 
 
 def warned(statistics, code):
-    return [text for text in statistics.warnings if text.startswith(f"{code}: ")]
+    return [warning.text for warning in statistics.warnings if warning.code == code]
 
 
 class TestHybrid:

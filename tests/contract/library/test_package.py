@@ -144,7 +144,9 @@ class TestScene:
             assert warned == (radii < 5.0 and statistics.method != "split"), (
                 statistics.method
             )
-            assert statistics.as_dict()["warnings"] == list(statistics.warnings)
+            assert statistics.as_dict()["warnings"] == [
+                warning._asdict() for warning in statistics.warnings
+            ]
 
     @pytest.mark.parametrize("number", range(4))
     def test_the_one_that_knows_it_expects_a_larger_error_of_a_low_drop(self, number):

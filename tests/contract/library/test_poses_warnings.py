@@ -13,7 +13,7 @@ def warnings_of(part, tolerance=0.0, round_sides=0):
     answer = estimate(
         part, "csae", cluster_tolerance=tolerance, round_sides=round_sides
     )
-    return dict(line.split(": ", 1) for line in (*answer.warnings, *answer.notes))
+    return {warning.code: warning.text for warning in answer.warnings}
 
 
 def leaning(lean):
@@ -117,5 +117,7 @@ def test_circles_are_given_the_sides_of_the_contract(sides, codes):
 
 def test_drops_carry_them_too():
     statistics = simulate(leaning(0.999), 10, seed=1, cluster_tolerance=0.0)
-    assert [line.partition(":")[0] for line in statistics.warnings] == ["MARGINAL_POSE"]
-    assert [line.partition(":")[0] for line in statistics.notes] == ["SHALLOW_POSE"]
+    assert [(warning.code, warning.acts) for warning in statistics.warnings] == [
+        ("MARGINAL_POSE", True),
+        ("SHALLOW_POSE", False),
+    ]

@@ -77,8 +77,10 @@ def test_all_poses_the_most_probable_first(part):
 
 def test_unsettled_drops_are_never_hidden(unlucky):
     assert (unlucky.drops, unlucky.unsettled) == (200, 5)
-    (text,) = (text for text in unlucky.warnings if text.startswith("UNSETTLED: "))
-    assert "5 of 200" in text
+    (warning,) = (
+        warning for warning in unlucky.warnings if warning.code == "UNSETTLED"
+    )
+    assert "5 of 200" in warning.text
 
 
 @pytest.mark.parametrize(
@@ -97,7 +99,7 @@ def test_counts_of_gathered_faces_add(surface):
     count = by_index(by_face, "count")
     for pose in gathered.poses:
         assert pose.count == count[list(pose.members)].sum()
-    assert any(text.startswith("CLUSTERED") for text in gathered.notes)
+    assert any(warning.code == "CLUSTERED" for warning in gathered.warnings)
 
 
 def test_like_poses_are_told_as_a_group():

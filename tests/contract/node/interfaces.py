@@ -65,6 +65,7 @@ INTERFACES = {
         "string job_id, string part_id, uint8 state, uint16 code, "
         "uint64 drops_done, uint64 drops_total"
     ),
+    "msg/Note": "string code, string text, bool acts",
     "msg/ObservedParts": (
         "std_msgs/Header header, string part_id, uint64 numbering, "
         "geometry_msgs/Pose[] poses, float64[] confidence, int32 from_pose, "
@@ -100,7 +101,7 @@ INTERFACES = {
         "float64 largest_error, float64 plate_error, string plate, "
         "builtin_interfaces/Duration compute_time, string job_id, "
         "uint64 revision, bool final, string version, StablePose[] poses, "
-        "string[] warnings, string[] notes"
+        "Note[] warnings"
     ),
     "msg/StablePose": (
         "uint32 index, string pose_id, uint32 group, uint32 group_size, "

@@ -307,14 +307,19 @@ def test_counts_that_the_state_does_not_have_are_said_to_be_unrecorded(
         Health(tuned),
     )
 
-    def told(line):
-        return line.startswith("NOT_RECORDED: ") and str(file) in line
+    def told(warning):
+        return warning.code == "NOT_RECORDED" and str(file) in warning.text
 
     with closing(sqlite3.connect(file, isolation_level=None)) as connection:
         connection.execute("BEGIN IMMEDIATE")
         camera.publish(counted(model, [3, 7]))
         assert any(map(told, learnt(tuned, model.part_id, 10).warnings))
-        health.eventually("recording", lambda line, _: told(line.message))
+        health.eventually(
+            "recording",
+            lambda line, _: (
+                line.message.startswith("NOT_RECORDED: ") and str(file) in line.message
+            ),
+        )
         counts_of(node, model.part_id)
         connection.execute("ROLLBACK")
         query = "SELECT 1 FROM counts WHERE part_id = ?", (model.part_id,)
@@ -326,7 +331,7 @@ def test_counts_that_the_state_does_not_have_are_said_to_be_unrecorded(
 def test_a_cell_that_contradicts_the_model_is_believed(tuned, model):
     counting(tuned).publish(counted(model, [0, 0, 400]))
     statistics = learnt(tuned, model.part_id, 400)
-    assert any(line.startswith("CONFLICT:") for line in statistics.warnings)
+    assert any(warning.code == "CONFLICT" for warning in statistics.warnings)
     assert statistics.poses[0].index == model.poses[2].index
 
 

@@ -263,7 +263,7 @@ class TestBoundsOfWork:
         cancelled(tuned, job_id)
         tuned.set(max_job_seconds=0.5)
         ended = finished(tuned, start(tuned, part_id, LONG))
-        assert any("0.5 s" in line for line in ended.statistics.warnings)
+        assert any("0.5 s" in warning.text for warning in ended.statistics.warnings)
 
     def test_max_mesh_bytes(self, tuned):
         tuned.set(max_mesh_bytes=100)

@@ -109,7 +109,7 @@ def test_exact_unstable_equilibria_end_unsettled(start):
             3,
             3,
         )
-        warned = any(text.startswith("UNSETTLED") for text in statistics.warnings)
+        warned = any(warning.code == "UNSETTLED" for warning in statistics.warnings)
         assert warned == (statistics.unsettled > 0)
         probabilities = [pose.probability for pose in statistics.poses]
         assert (

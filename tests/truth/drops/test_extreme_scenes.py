@@ -32,7 +32,7 @@ def test_a_restitution_that_ends_no_drop_is_reported(part):
     assert (statistics.drops, statistics.unsettled) == (2, 2)
     assert np.isnan([pose.probability for pose in statistics.poses]).all()
     assert np.isnan(statistics.expected_error)
-    assert "UNSETTLED: 2 of 2" in "\n".join(statistics.warnings)
+    assert "UNSETTLED: 2 of 2" in "\n".join(map(str, statistics.warnings))
 
 
 @pytest.mark.parametrize("radii", [1e-9, 1.0, 1.0 + 1e-12, 2.0, 1e4])
@@ -50,10 +50,12 @@ def test_too_low_to_fit_is_at_rest_on_the_plate(part, radius):
         simulate(part, 300, 0.4, 2, drop_height=h * radius) for h in (0.2, 0.1)
     )
     assert counts(low) == counts(lower)
-    assert any("in 300 of 300 drops" in text for text in low.warnings)
+    assert any("in 300 of 300 drops" in warning.text for warning in low.warnings)
     middle = simulate(part, 300, 0.4, 2, drop_height=0.8 * radius)
-    (text,) = (text for text in middle.warnings if text.startswith("RELEASED_TOUCHING"))
-    assert 0 < int(text.split()[2]) < 300
+    (warning,) = (
+        warning for warning in middle.warnings if warning.code == "RELEASED_TOUCHING"
+    )
+    assert 0 < int(warning.text.split()[1]) < 300
 
 
 @pytest.mark.parametrize(

@@ -204,7 +204,7 @@ def test_what_is_no_height_part_or_pose_is_refused():
 def test_for_an_open_surface_its_hull_stands_in():
     vertices, triangles = demo_parts.DEMO_PARTS["clamp"]()
     part = part_from_mesh(vertices, triangles[100:], unit="mm")
-    assert any(line.startswith("OPEN_MESH") for line in part.warnings)
+    assert any(warning.code == "OPEN_MESH" for warning in part.warnings)
     pose = resting_poses(part).poses[0]
     ((boundary,),) = outline_at(part, pose)
     assert area_of(boundary) == pytest.approx(area_of(pose.outline), rel=1e-6)

@@ -42,8 +42,8 @@ def answer(surface):
 
 def is_rounded(surface):
     return any(
-        line.startswith("ROUNDED")
-        for line in estimate(part_from_mesh(*surface), "csae").notes
+        warning.code == "ROUNDED"
+        for warning in estimate(part_from_mesh(*surface), "csae").warnings
     )
 
 

@@ -480,7 +480,7 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
         [4, 3],
         [4, 3, (3).to_bytes(8, "little")],
     ]
-    assert sum(line.startswith("NOT_RECORDED: ") for line in warnings) == (lost != 2)
+    assert sum(warning.code == "NOT_RECORDED" for warning in warnings) == (lost != 2)
 
 
 def test_the_newest_results_of_ended_jobs_are_kept_within_256_mebibytes():

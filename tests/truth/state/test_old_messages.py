@@ -1,12 +1,18 @@
-"""Messages of version 0.2.0 in a state become those of today."""
+"""What version 0.2.0 wrote into a state or a catalogue is read as today."""
 
 import pytest
 from rclpy.serialization import deserialize_message
-from ros_pose_stats_msgs.msg import Code, JobEvent, JobStatus
+from ros_pose_stats_msgs.msg import Code, JobEvent, JobStatus, PoseStatistics
 
 from ros_pose_stats.node.recorder import convert_to_installed
 from ros_pose_stats.node.recording.reader import read_messages
-from tests.contract.bags.test_versions import events_of_0_2
+from ros_pose_stats.tools.catalogue import store
+from tests.answers import notes
+from tests.contract.bags.test_versions import (
+    NOTES_OF_0_2,
+    events_of_0_2,
+    result_of_0_2,
+)
 
 
 def of_today(file, kind):
@@ -30,3 +36,18 @@ def test_events_have_the_status_of_their_simulation(tmp_path):
     )
     assert (failed.message, failed.seed, failed.part_digest) == ("no", 7, "d")
     assert forgotten.part_forgotten and not failed.part_forgotten
+
+
+def test_sentences_become_notes(tmp_path):
+    (message,) = of_today(result_of_0_2(tmp_path), PoseStatistics)
+    assert notes(message) == NOTES_OF_0_2
+    assert [pose.index for pose in message.poses] == [1, 0]
+
+
+def test_sentences_in_rows_of_a_catalogue_are_notes():
+    row = {"warnings": ["LOW_DROP: released low.", "UNIT_GUESSED: in mm."]}
+    assert store.notes_of(row) == [
+        ("LOW_DROP", "released low.", True),
+        ("UNIT_GUESSED", "in mm.", True),
+    ]
+    assert [str(doubt) for doubt in store.doubts_of(row)] == ["LOW_DROP: released low."]

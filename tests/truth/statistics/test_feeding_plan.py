@@ -300,8 +300,8 @@ def test_of_lookalikes_no_share_is_told_where_none_is_known():
     """As after drops of which none came to rest."""
     slab = estimate(part_from_mesh(*shapes.box(0.03, 0.02, 0.01)))
     warn = feeding_plan.pose_groups.warn_of_lookalikes
-    (line,) = warn(slab, [0])
-    assert line.startswith("WANTED_ALIKE: ") and "% are accepted" in line
+    (warning,) = warn(slab, [0])
+    assert warning.code == "WANTED_ALIKE" and "% are accepted" in warning.text
     unknown = [replace(pose, probability=float("nan")) for pose in slab.poses]
-    (line,) = warn(replace(slab, poses=unknown), [0])
-    assert line.startswith("WANTED_ALIKE: ") and "%" not in line
+    (warning,) = warn(replace(slab, poses=unknown), [0])
+    assert warning.code == "WANTED_ALIKE" and "%" not in warning.text

@@ -340,7 +340,7 @@ def test_poses_of_a_group_share_counts_unless_these_are_unequal():
     assert equal.by_index[0].probability == equal.by_index[1].probability
     unequal = observe_counts(model, [130, 70, 3, 2, 1, 0])
     (warning,) = set(unequal.warnings) - set(model.warnings)
-    assert warning.startswith("CONFLICT: poses 0, 1 are the same by symmetry")
+    assert str(warning).startswith("CONFLICT: poses 0, 1 are the same by symmetry")
     shares = [pose.probability for pose in unequal.by_index.values()]
     assert shares[0] > 1.5 * shares[1]
     assert shares[2] == shares[3] and sum(shares) == pytest.approx(1.0)
@@ -384,11 +384,11 @@ def test_a_cell_that_is_farther_from_the_model_than_chance_is_told(
     gap = np.sqrt(np.mean((PREDICTED - shares) ** 2))
     assert statistics.model_gap == pytest.approx(gap)
     assert statistics.warnings == model.warnings
-    notes = [note for note in statistics.notes if note.startswith("MODEL_GAP: ")]
+    notes = [warning for warning in statistics.warnings if warning.code == "MODEL_GAP"]
     assert len(notes) == is_told
     if is_told:
-        assert f"{100.0 * gap:.2g} points" in notes[0]
-        assert " most: counted " in notes[0]
+        assert f"{100.0 * gap:.2g} points" in notes[0].text
+        assert " most: counted " in notes[0].text
 
 
 def test_what_a_plate_errs_by_is_learnt_from_other_parts():

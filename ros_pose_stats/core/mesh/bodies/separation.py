@@ -15,6 +15,7 @@ from numpy.linalg import LinAlgError
 from ....base import errors
 from ...kernels.mesh.connections import component_labels
 from ...records import Array, Index, Mask
+from ...records.notes import Note, note
 from .. import arrays, hull, vectors
 from . import copies, overlap
 
@@ -46,7 +47,7 @@ class ChosenBody(NamedTuple):
 
     in_body: Mask  # (V,); which vertices of the welded mesh are its own
     bodies: int
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def check_choice(body: object) -> Choice:
@@ -98,7 +99,7 @@ def choose_body(vertices: Array, triangles: Index, choice: Choice) -> ChosenBody
             f"{choice} where the mesh has {_sizes_in_words(bodies)}",
             "the largest is 0",
         )
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     if choice is None:
         if not all(copies.is_copy(bodies[0], points) for points in bodies[1:]):
             raise errors.MeshError(
@@ -109,8 +110,11 @@ def choose_body(vertices: Array, triangles: Index, choice: Choice) -> ChosenBody
                 "or export each by itself",
             )
         notes = (
-            f"BODIES_APART: the mesh has {count} equal bodies that stand apart; one of "
-            "them is the part.",
+            note(
+                "BODIES_APART",
+                f"the mesh has {count} equal bodies that stand apart; one of them is "
+                "the part.",
+            ),
         )
     return ChosenBody(body == order[choice or 0], count, notes)
 

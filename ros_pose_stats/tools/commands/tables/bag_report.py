@@ -7,6 +7,7 @@ import numpy as np
 
 from ....base import text
 from ....base.text import Column, columns, interval, percent, several, utc
+from ....core.records.notes import note_lines
 from ...bags import bag_reader, comparisons, jobs, plain, results
 from .bag_comparisons import count_lines, scene_number, simulation_lines, wrapped
 
@@ -77,8 +78,8 @@ def _part_lines(part: comparisons.PartAnalysis) -> Iterator[str]:
         yield from ("", *count_lines(counts))
     if record.warnings:
         yield ""
-        for warning in record.warnings:
-            yield from wrapped(warning)
+        for line in note_lines(record.warnings):
+            yield from wrapped(line)
 
 
 def _pose_lines(history: results.ResultHistory) -> Iterator[str]:

@@ -5,6 +5,7 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
+from ....core.records.notes import note_lines
 from ....node.entry import prepare_ros
 from . import running
 
@@ -31,4 +32,4 @@ def print_statistics(
     elif statistics.poses:
         print(running.report_table(statistics, part, options.each))
     else:
-        print(*statistics.warnings, sep="\n")
+        print(*note_lines(statistics.warnings), sep="\n")

@@ -38,7 +38,7 @@ def test_guessed_units_are_counted_in_one_line(tmp_path):
         (1.0, True),
         (0.001, True),
     ]
-    assert all(row["warnings"][0].startswith("UNIT_G") for row in values["parts"])
+    assert all(row["warnings"][0]["code"] == "UNIT_GUESSED" for row in values["parts"])
     page = (tmp_path / "out" / "index.html").read_text()
     assert page.replace("\xa0", " ").count(guesses) == 1
     assert "UNIT_GUESSED" not in page

@@ -44,7 +44,7 @@ LASTING_NODES = []
 def is_farewell(statistics):
     """Whether a result is the last word about a part: the node has forgotten it."""
     return not statistics.poses and any(
-        line.startswith("FORGOTTEN: ") for line in statistics.warnings
+        warning.code == "FORGOTTEN" for warning in statistics.warnings
     )
 
 

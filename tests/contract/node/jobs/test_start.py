@@ -77,9 +77,7 @@ class TestResults:
         job_id = start(cell, known_part(cell), LONG, seed=5, max_seconds=1.0)
         statistics = finished(cell, job_id).statistics
         assert 0 < statistics.drops < LONG
-        assert any(
-            warning.startswith("TIME_LIMIT: ") for warning in statistics.warnings
-        )
+        assert any(warning.code == "TIME_LIMIT" for warning in statistics.warnings)
         assert counts(statistics.poses) == counts(
             simulate(library_part(WEDGE), statistics.drops, seed=5).poses
         )

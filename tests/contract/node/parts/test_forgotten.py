@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 import pytest
-from ros_pose_stats_msgs.msg import JobStatus
+from ros_pose_stats_msgs.msg import JobStatus, Note
 
 from ..harness.cell import latched
 from ..harness.client import RUNNING, is_farewell, until
@@ -51,8 +51,12 @@ def test_a_subscriber_hears_it_once_and_last(cell, shared_node):
         assert not last.poses and math.isnan(last.expected_error)
         assert last.revision > first_result.revision
         assert last.warnings == [
-            "FORGOTTEN: a client had the part forgotten; send the mesh again "
-            "to get results."
+            Note(
+                code="FORGOTTEN",
+                text="a client had the part forgotten; send the mesh again to get "
+                "results.",
+                acts=True,
+            )
         ]
         listener.wait(known_part(cell))
         assert [is_farewell(message) for message in listener.of(part_id)] == [
@@ -138,9 +142,9 @@ def test_parts_that_make_room_go_with_the_reason(tuned, bound):
             listener.wait(part_id)
         fourth = known_part(tuned)
         listener.wait(fourth)
-        assert bound in listener.wait(used, is_farewell).warnings[0]
+        assert bound in listener.wait(used, is_farewell).warnings[0].text
         tuned.set(**{bound: room_for_one})
-        assert bound in listener.wait(third, is_farewell).warnings[0]
+        assert bound in listener.wait(third, is_farewell).warnings[0].text
         listener.wait(first, is_farewell)
         assert not is_farewell(listener.of(fourth)[-1])
     assert [

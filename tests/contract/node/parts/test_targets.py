@@ -28,7 +28,7 @@ TARGET = 0.01
 
 
 def missed(statistics):
-    return any(line.startswith("TARGET_MISSED: ") for line in statistics.warnings)
+    return any(warning.code == "TARGET_MISSED" for warning in statistics.warnings)
 
 
 def assert_kept(statistics, target):
@@ -84,7 +84,9 @@ class TestARequest:
         statistics = tuned.good(
             "estimate", part_id=part_id, method="csae", target_error=TARGET
         )
-        assert any("method auto" in line for line in statistics.statistics.warnings)
+        assert any(
+            "method auto" in warning.text for warning in statistics.statistics.warnings
+        )
         assert statistics.statistics.method == "csae" and jobs_of(tuned, part_id) == []
         tuned.set(default_method="area")
         assert tuned.good("estimate", part_id=part_id).statistics.method == "area"
@@ -176,7 +178,7 @@ class TestARequest:
         tuned.good("estimate", part=flat(surface, part_id, inertia=inertia_of(part)))
         first_answer = tuned.good("estimate", part_id=part_id, target_error=0.005)
         dropped = finished(tuned, job_named(first_answer.message)).statistics
-        assert any(line.startswith("CONFLICT:") for line in dropped.warnings)
+        assert any(warning.code == "CONFLICT" for warning in dropped.warnings)
         answer = tuned.good("estimate", part_id=part_id)
         assert answer.message.startswith("Drops contradict split; ")
         assert whole(answer.statistics) == whole(latched(tuned, part_id))
@@ -201,7 +203,7 @@ class TestARequest:
                 and candidate
             )
         )
-        assert any(line.startswith("CONFLICT:") for line in by_drops.warnings)
+        assert any(warning.code == "CONFLICT" for warning in by_drops.warnings)
 
 
 class TestTheNodesOwn:
