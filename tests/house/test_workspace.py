@@ -96,14 +96,23 @@ def include_file():
 
 
 def environment_of(distribution):
-    """Variables that a sourced ROS sets, and none of our own environment."""
+    """Variables that a sourced ROS sets, and none of our own environment.
+
+    The wheels look for their libraries where their Python is, and set that variable in
+    every process; an environment on top of it would have them elsewhere.
+    """
     return {
         "HOME": str(distribution.parent),
         "LANG": "C.UTF-8",
         "PATH": f"{distribution}/bin:/usr/bin:/bin",
         "AMENT_PREFIX_PATH": str(distribution),
         "CMAKE_PREFIX_PATH": str(distribution),
-        "LD_LIBRARY_PATH": f"{distribution}/lib",
+        "LD_LIBRARY_PATH": run(
+            distribution / "bin/python",
+            "-c",
+            "import os; print(os.environ['LD_LIBRARY_PATH'])",
+            env={},
+        ).strip(),
         "ROS_VERSION": "2",
         "ROS_DISTRO": "jazzy",
         "CMAKE_BUILD_PARALLEL_LEVEL": "2",

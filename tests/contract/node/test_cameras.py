@@ -92,7 +92,7 @@ def test_counts_under_another_numbering_are_refused_with_a_code(node, tuned, mod
     health = Health(tuned)
     camera = counting(tuned)
     camera.publish(counted(model, [50, 50], numbering=other))
-    node.says(f"~/pose_counts: count refused: {reason}")
+    node.says(f"{tuned.prefix}/pose_counts: count refused: {reason}")
     counts_of(node, model.part_id)
     health.eventually(
         "parts", lambda _, values: any(reason in value for value in values.values())
@@ -100,7 +100,7 @@ def test_counts_under_another_numbering_are_refused_with_a_code(node, tuned, mod
     eyes = seeing(tuned)
     pose = lying(model.poses[0])
     eyes.publish(picture(model.part_id, pose, numbering=other))
-    node.says(f"~/observed_parts: message refused: {reason}")
+    node.says(f"{tuned.prefix}/observed_parts: message refused: {reason}")
     eyes.publish(picture(model.part_id, pose, numbering=model.numbering))
     camera.publish(counted(model, [7], numbering=0))
     learnt(tuned, model.part_id, 8)
