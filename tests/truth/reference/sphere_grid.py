@@ -155,10 +155,8 @@ def areas_below(shape, function, levels):
     rows = shape.rows(function)
     points, triangles, height = _heights(rows, function)
     ruler = (points[triangles].mean(axis=1) @ rows.T).argmax(axis=1)
-    return [
-        np.bincount(ruler, _area_below(points, height, triangles, level), len(rows))
-        for level in levels
-    ]
+    angles = _SolidAngles(points, height, triangles)
+    return [np.bincount(ruler, angles.below(level), len(rows)) for level in levels]
 
 
 def _heights(rows, function):
@@ -181,11 +179,10 @@ def flood(shape, function):
     owner = label[
         root[triangles[np.arange(len(triangles)), height[triangles].argmin(axis=1)]]
     ]
+    angles = _SolidAngles(points, height, triangles)
     splits = []
     for level, first, second in reversed(merges):
-        area = np.bincount(
-            owner, _area_below(points, height, triangles, level), len(stable)
-        )
+        area = np.bincount(owner, angles.below(level), len(stable))
         splits.append(
             Split(
                 level,
@@ -259,18 +256,25 @@ def _joined(minima, passes, leaf_of):
     return leaf, merges
 
 
-def _area_below(points, height, triangles, level):
+class _SolidAngles:
     """Solid angle of {height < level} in each triangle, by linear interpolation."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    area *= 4.0 * np.pi / area.sum()
-    low, middle, high = np.sort(height[triangles], axis=1).T
-    with np.errstate(divide="ignore", invalid="ignore"):
-        tip = (level - low) ** 2 / ((middle - low) * (high - low))
-        rest = 1.0 - (high - level) ** 2 / ((high - middle) * (high - low))
-    return area * np.select(
-        [level <= low, level < middle, level < high], [0.0, tip, rest], 1.0
-    )
+
+    def __init__(self, points, height, triangles):
+        a, b, c = (points[triangles[:, k]] for k in range(3))
+        area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        self.area = area * (4.0 * np.pi / area.sum())
+        self.ends = np.sort(height[triangles], axis=1).T.copy()
+
+    def below(self, level):
+        low, middle, high = self.ends
+        angle = np.where(high <= level, self.area, 0.0)
+        cut = np.flatnonzero((low < level) & (level < high))
+        low, middle, high = self.ends[:, cut]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            tip = (level - low) ** 2 / ((middle - low) * (high - low))
+            rest = 1.0 - (high - level) ** 2 / ((high - middle) * (high - low))
+        angle[cut] = self.area[cut] * np.where(level < middle, tip, rest)
+        return angle
 
 
 def _probabilities(count, splits):
