@@ -117,7 +117,14 @@ def test_one_more_corner_or_a_corner_cut_off_by_a_hair_changes_an_answer_by_a_ha
         )
 
 
-@pytest.mark.parametrize(("sections", "turn"), [(1500, None), (25_000, rotation(1))])
+@pytest.mark.parametrize(
+    ("sections", "turn"),
+    [
+        (1500, None),
+        (6000, rotation(1)),
+        pytest.param(25_000, rotation(1), marks=pytest.mark.long),
+    ],
+)
 def test_a_face_with_thousands_of_corners_has_the_area_of_its_disc(sections, turn):
     """Their hull took minutes. In estimates a circle has 192 sides, off by 3e-4 in
     area.
