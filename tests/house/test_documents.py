@@ -45,6 +45,12 @@ DRAWN_BY = re.compile(rb"Matplotlib version[\d.]+")
 LAST_LINE = "computed in "
 """Of an answer: how long it took, which differs from run to run."""
 
+DEAR = re.compile(r"\.gif|--png| catalogue | compare | --suggest ")
+"""Lines that take seconds: the quick ring asks only whether the parsers take them.
+
+Their commands are tested in `tests/contract/commands`.
+"""
+
 
 def text_of(page):
     return (ROOT / page).read_text(encoding="utf-8")
@@ -140,7 +146,7 @@ def test_answer_in_the_readme_is_what_the_command_prints(in_demo_folder):
     [
         pytest.param(
             line,
-            marks=pytest.mark.long if re.search(r"\.gif|dropped|--png", line) else (),
+            marks=pytest.mark.long if DEAR.search(line) else (),
         )
         for line in LINES
     ],
