@@ -1,6 +1,7 @@
 """Habits of the tests that keep them quick, steady and free of the product's inside."""
 
 import ast
+from functools import cache
 
 import pytest
 
@@ -15,11 +16,24 @@ NAMED_TUPLE = ("_fields", "_replace", "_asdict", "_make")
 """Public names of every NamedTuple."""
 
 
-def names_of_product(module):
+@cache
+def syntax_of(tree):
+    """Files of a tree, each with all nodes of its syntax."""
+    return [
+        (file, nodes_of(file.read_text(encoding="utf-8")))
+        for file in python_files(tree)
+    ]
+
+
+def nodes_of(text):
+    return list(ast.walk(ast.parse(text)))
+
+
+def names_of_product(nodes):
     """Local names in a file that stand for the product or something in it."""
     return {
         alias.asname or alias.name.split(".")[0]
-        for node in ast.walk(module)
+        for node in nodes
         if isinstance(node, ast.Import | ast.ImportFrom)
         for alias in node.names
         if (
@@ -29,10 +43,10 @@ def names_of_product(module):
     }
 
 
-def patches(module):
+def patches(nodes):
     """Lines that put something of their own into a module of the product."""
-    ours = names_of_product(module)
-    for node in ast.walk(module):
+    ours = names_of_product(nodes)
+    for node in nodes:
         if (
             isinstance(node, ast.Call)
             and isinstance(node.func, ast.Attribute)
@@ -50,10 +64,10 @@ def patches(module):
                 yield node.lineno
 
 
-def private_names(module):
+def private_names(nodes):
     """Lines that read a private name of the product."""
-    ours = names_of_product(module)
-    for node in ast.walk(module):
+    ours = names_of_product(nodes)
+    for node in nodes:
         if (
             isinstance(node, ast.ImportFrom)
             and (node.module or "").split(".")[0] == PACKAGE
@@ -74,7 +88,7 @@ def private_names(module):
             yield node.lineno
 
 
-def rounded_keys(module):
+def rounded_keys(nodes):
     """Lines that compare or look up values that are rounded to a decimal."""
 
     def rounds(node):
@@ -94,7 +108,7 @@ def rounded_keys(module):
             )
         )
 
-    for node in ast.walk(module):
+    for node in nodes:
         parts = (
             node.ops and [node.left, *node.comparators]
             if isinstance(node, ast.Compare)
@@ -118,10 +132,9 @@ def test_no_file_has_a_habit():
     places_with_habits = [
         f"{file}:{line}"
         for tree in TREES
-        for file in python_files(tree)
-        for module in [ast.parse(file.read_text(encoding="utf-8"))]
+        for file, nodes in syntax_of(tree)
         for habit in (patches, private_names, rounded_keys)
-        for line in habit(module)
+        for line in habit(nodes)
     ]
     assert places_with_habits == []
 
@@ -142,7 +155,7 @@ def test_no_file_has_a_habit():
     ],
 )
 def test_the_habits_are_seen(habit, text):
-    assert len(list(habit(ast.parse(text)))) == 1
+    assert len(list(habit(nodes_of(text)))) == 1
 
 
 TESTS_IN_LAB = ("tests.contract.node.harness",)
@@ -154,10 +167,10 @@ def imported_modules(tree, wing):
     """Modules of a wing that the files of a tree import, but for the tests of that
     wing.
     """
-    for file in python_files(tree):
+    for file, nodes in syntax_of(tree):
         if "house" in file.parts:
             continue
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        for node in nodes:
             if isinstance(node, ast.Import):
                 modules = [alias.name for alias in node.names]
             elif isinstance(node, ast.ImportFrom) and not node.level:
