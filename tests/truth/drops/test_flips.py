@@ -96,10 +96,8 @@ def test_points_are_uniform_on_the_contact_polygon():
         np.testing.assert_allclose(np.cov(mine.T), scatter, atol=0.05 * scatter.max())
 
 
-@pytest.mark.parametrize(
-    ("restitution", "kick"),
-    [pytest.param(0.0, 0.3, marks=pytest.mark.long), (0.1, 0.4)],
-)
+@pytest.mark.long
+@pytest.mark.parametrize(("restitution", "kick"), [(0.0, 0.3), (0.1, 0.4)])
 def test_whole_flips_against_another_solver(restitution, kick):
     """One out of each pose, through some ten events: the pose of the matrix is
     theirs.
