@@ -21,7 +21,7 @@ REFUSED = {
             "ü\x85\u2028.stl",
             "\x1b[31mred.stl",
         ),
-        b"no part",
+        bytes(84),  # a binary file without triangles
     ),
 }
 ROCKS = 50
