@@ -208,7 +208,7 @@ class Cameras:
             part = self._parts.current(counts.part_id)
             problem = numbering_problem(counts.numbering, part)
             if problem:
-                self._refusals.refuse(COUNTS_TOPIC, problem, "count")
+                self._refusals.refuse(self._full_name(COUNTS_TOPIC), problem, "count")
                 return
             problem = count_problem(counts, part, self._settings().plate)
             if part is not None and not problem:
@@ -242,7 +242,7 @@ class Cameras:
         scene = part.latched.scene
         problem = numbering_problem(observed.numbering, part)
         if problem:
-            self._refusals.refuse(OBSERVED_TOPIC, problem, "message")
+            self._refusals.refuse(self._full_name(OBSERVED_TOPIC), problem, "message")
             return None
         poses = classify_orientations(
             part.geometry,

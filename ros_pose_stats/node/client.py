@@ -10,6 +10,7 @@ import numpy as np
 import rclpy
 from rclpy import exceptions, qos
 from rclpy.node import Node
+from rclpy.task import Future
 from ros_pose_stats_msgs import msg
 from ros_pose_stats_msgs.srv import GetStatistics
 
@@ -198,13 +199,20 @@ def latched_results(
         service = node.create_client(GetStatistics, f"{name}/get_statistics")
         end = time.monotonic() + PATIENCE
         answer = None
+        futures: list[Future[GetStatistics.Response]] = []
+
+        def is_answered() -> bool:
+            return any(future.done() for future in futures)
+
         while answer is None and time.monotonic() < end and not stop.is_requested:
             if spin_until(node, stop, service.service_is_ready, end - time.monotonic()):
                 # Asked again: an answer to a client that has just been discovered may
                 # be lost.
-                future = service.call_async(GetStatistics.Request())
-                if spin_until(node, stop, future.done, 1.0):
-                    answer = future.result()
+                futures.append(service.call_async(GetStatistics.Request()))
+                if spin_until(node, stop, is_answered, 1.0):
+                    answer = next(
+                        future.result() for future in futures if future.done()
+                    )
         if stop.is_requested:
             return
         if answer is None:
