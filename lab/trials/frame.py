@@ -62,9 +62,9 @@ PAGE = Page(
     """# Reliability
 
 *This page is written by `python -m lab.trials.fuzz --write`, and so by
-`lab.trials.soak`, `lab.trials.attacks` and `lab.trials.state`, from what each of them
-stored in `docs/measured/numbers`. `python -m lab.trials` runs all of them in a short
-form.*
+`lab.trials.units`, `lab.trials.soak`, `lab.trials.attacks` and `lab.trials.state`, from
+what each of them stored in `docs/measured/numbers`. `python -m lab.trials` runs all of
+them in a short form.*
 
 Broken is how many promises were not kept. The machines were shared, so times give an
 idea only.
