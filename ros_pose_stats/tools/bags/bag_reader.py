@@ -260,7 +260,7 @@ class PartRecord:
     histories: tuple[ResultHistory, ...]
     jobs: tuple[Job, ...]  # by time
     forgotten: tuple[int, ...]  # when the node forgot the part, nanoseconds since 1970
-    warnings: tuple[Note, ...]  # of all results, each once
+    warnings: tuple[Note, ...]  # of all results, the last of a code in each scene
     plates: tuple[str, ...]  # named by results
     drop_log: DropLog  # drops recorded one by one
 

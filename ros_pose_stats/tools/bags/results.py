@@ -1,7 +1,7 @@
 """The results that a bag holds for one part: what they said, and how it changed."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -185,7 +185,7 @@ class ResultCollector:
         self._code = int(getattr(first, "numbering", 0))  # 0: of a node up to 0.2.0
         self.radius = float(getattr(first, "radius", math.nan))
         self.poses = _pose_table(_sorted(first.poses))
-        self.warnings: dict[Note, None] = {}
+        self._warnings: dict[tuple[Any, str], tuple[int, list[Note]]] = {}
         self._rows: dict[bytes, int] = {}
         self._methods: dict[str, int] = {}
         self._scenes: dict[Any, int] = {}
@@ -232,7 +232,7 @@ class ResultCollector:
             result.probability,
             result.count,
         )
-        self.warnings.update(dict.fromkeys(notes_of(message)))
+        self._keep_warnings(result.key, notes_of(message), time)
         if content in self._rows:
             self._results()["latched"][self._rows[content]] |= latched
             return
@@ -246,6 +246,25 @@ class ResultCollector:
         prediction = self._predictions.get(number)
         if prediction is None or result.knows_more_than(prediction):
             self._predictions[number] = result
+
+    def _keep_warnings(self, key: Any, notes: Iterable[Note], time: int) -> None:
+        """Keep those of the newest result of a scene and method that had such a code.
+
+        Figures in them change with every part that a camera counts.
+        """
+        notes_by_code: dict[str, list[Note]] = {}
+        for note in notes:
+            notes_by_code.setdefault(note.code, []).append(note)
+        for code, notes_now in notes_by_code.items():
+            newest = self._warnings.get((key, code))
+            if newest is None or time >= newest[0]:
+                self._warnings[key, code] = time, notes_now
+
+    @property
+    def warnings(self) -> list[Note]:
+        """What results said, in each scene a code as it was said last."""
+        by_time = sorted(self._warnings.values(), key=lambda kept: kept[0])
+        return [note for _, notes in by_time for note in notes]
 
     def history(self) -> ResultHistory:
         """Everything so far, by time."""

@@ -75,6 +75,28 @@ def test_results_are_a_history_led_by_most_drops(tmp_path):
     assert history.leading.count.tolist() == list(SIMULATED)
 
 
+def test_of_warnings_whose_figures_change_the_newest_is_told(tmp_path):
+    """In each scene and method, whichever comes first."""
+    texts = {1.0: "11 points off", 3.0: "6 points off", 2.0: "9 points off"}
+    messages = [
+        (
+            "pose_statistics",
+            result(seconds, warnings=[Note(code="MODEL_GAP", text=text)]),
+        )
+        for seconds, text in texts.items()
+    ]
+    other = [Note(code="MODEL_GAP", text="2 points off"), Note(code="LOW_DROP")]
+    messages.append(("pose_statistics", result(4.0, method="meae", warnings=other)))
+    messages.append(("pose_statistics", result(5.0)))
+    (part,) = analyse_bags(write_run(tmp_path, messages)).contents.parts
+    warnings = [(note.code, note.text) for note in part.warnings]
+    assert warnings == [
+        ("MODEL_GAP", "6 points off"),
+        ("MODEL_GAP", "2 points off"),
+        ("LOW_DROP", ""),
+    ]
+
+
 class TestSeveralBags:
     def test_two_recordings_of_a_run_say_no_more_than_one_in_any_order(
         self, tmp_path, plain
