@@ -6,6 +6,7 @@ time, as `ros2 bag play` and `info -v`, need one. The messages stay as they are.
 
 import errno
 import os
+import secrets
 import shutil
 from collections.abc import Iterator
 from contextlib import suppress
@@ -39,6 +40,7 @@ FREE_SHARE = 2
 class Rewrite:
     """What a file has once it is written anew."""
 
+    half: Path  # where it is until it takes the file's place
     contents: Contents
     cuts: list[int]  # bytes of what was no whole record; 0 for an end that was missing
 
@@ -81,14 +83,15 @@ def write_indexed(path: Path) -> Rewrite:
     OSError without room, or where nothing says what a message is: then the file is
     better left as it is. Memory holds one chunk, or one message, at a time.
     """
-    half = _half_of(path)
-    half.unlink(missing_ok=True)  # it may be a pipe
+    # Of a name that nobody else has: the process of a node that was killed may still
+    # begin to write the same file, while the next start puts it in place.
+    half = path.with_name(f"{path.name}.{secrets.token_hex(4)}{HALF}")
     try:
         with open_file(path) as source, half.open("xb") as target:
             size = os.fstat(source.fileno()).st_size
             if shutil.disk_usage(half.parent).free < FREE_SHARE * size:
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-            rewrite = _copy(source, target, path)
+            rewrite = Rewrite(half, *_copy(source, target, path))
             target.flush()
             os.fsync(target.fileno())
         shutil.copystat(path, half)
@@ -99,19 +102,18 @@ def write_indexed(path: Path) -> Rewrite:
     return rewrite
 
 
-def put_in_place(path: Path) -> int:
-    """Have the file that was written anew take its place, durably; return its bytes."""
-    _half_of(path).replace(path)
+def put_in_place(path: Path, rewrite: Rewrite) -> int:
+    """Have what was written anew take a file's place, durably; return its bytes."""
+    rewrite.half.replace(path)
     sync_directory(path.parent)
     return path.stat().st_size
 
 
-def _half_of(path: Path) -> Path:
-    return path.with_name(path.name + HALF)
+def _copy(source: BinaryIO, target: BinaryIO, path: Path) -> tuple[Contents, list[int]]:
+    """Write schemas, channels and messages in their order, and end as rosbag2 does.
 
-
-def _copy(source: BinaryIO, target: BinaryIO, path: Path) -> Rewrite:
-    """Write schemas, channels and messages in their order, and end as rosbag2 does."""
+    What was written, and the bytes of each stretch that was left out.
+    """
     contents = Contents()
     cuts: list[int] = []
     schemas: dict[int, int] = {}  # numbers in the target by those in the source
@@ -151,7 +153,7 @@ def _copy(source: BinaryIO, target: BinaryIO, path: Path) -> Rewrite:
     information = mcap_layout.bag_information({path.name: contents})
     writer.add_metadata("rosbag2", {"serialized_metadata": information})
     writer.finish()  # type: ignore[no-untyped-call]
-    return Rewrite(contents, cuts)
+    return contents, cuts
 
 
 def _sound_records(

@@ -23,7 +23,14 @@ from ...base.files import (
 )
 from .indexing import Rewrite, put_in_place, write_indexed
 from .reader import UNREADABLE
-from .runs import METADATA, find_bag_files, find_runs, is_run, remove_halves
+from .runs import (
+    METADATA,
+    find_bag_files,
+    find_halves,
+    find_runs,
+    is_run,
+    remove_halves,
+)
 from .writer import mcap_layout
 
 _MAGIC_LENGTH = len(mcap_layout.MAGIC)
@@ -89,7 +96,7 @@ def _repair(run: Path, write_anew: WriteAnew, room_for: RoomFor) -> Repair | Non
                     with lock:
                         remove_empty(run)
             return None
-        if _is_finished(run):
+        if _is_finished(run) and not find_halves(run):
             return None
         # Of runs that nobody has in hand the oldest go for room, maybe this one.
         with room_for(max(path.stat().st_size for path in files)):
@@ -178,7 +185,7 @@ def _mend(run: Path, write_anew: WriteAnew) -> Repair | None:
         contents = _finished_contents(path)
         if contents is None:
             rewrite = write_anew(path)
-            put_in_place(path)
+            put_in_place(path, rewrite)
             contents = rewrite.contents
             cuts += rewrite.cuts
         files[path.name] = contents

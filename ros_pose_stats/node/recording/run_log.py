@@ -280,7 +280,7 @@ class _Bag:
             and path.name in self._closed_sizes
             and path.exists()
         ):
-            self._closed_sizes[path.name] = indexing.put_in_place(path)
+            self._closed_sizes[path.name] = indexing.put_in_place(path, rewrite)
             self._finished_files[path.name] = rewrite.contents
         else:
             runs.remove_halves(path.parent)

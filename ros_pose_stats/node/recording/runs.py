@@ -66,11 +66,16 @@ def find_bag_files(directory: Path) -> list[Path]:
     return [path for _, path in sorted(numbered)]
 
 
+def find_halves(run: Path) -> list[Path]:
+    """What was begun to be written in a run, and has not taken its place."""
+    prefixes = (METADATA, f"{run.name}_")
+    return [half for prefix in prefixes for half in run.glob(f"{prefix}*{HALF}")]
+
+
 def remove_halves(run: Path) -> None:
     """Remove what was begun to be written in a run that the caller has locked."""
-    for prefix in (METADATA, f"{run.name}_"):
-        for half in run.glob(f"{prefix}*{HALF}"):
-            half.unlink(missing_ok=True)
+    for half in find_halves(run):
+        half.unlink(missing_ok=True)
 
 
 def _list_names(folder: Path) -> list[str]:

@@ -112,8 +112,8 @@ def write_drop(
 
         path = folder / file.name
         drop_film.write_film(path, part, frames, name_poses)
-        indexing.write_indexed(path)
-        indexing.put_in_place(path)
+        rewrite = indexing.write_indexed(path)
+        indexing.put_in_place(path, rewrite)
 
     def write_video(folder: Path) -> None:
         from ...core.simulation.frames import RATE
