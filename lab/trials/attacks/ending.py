@@ -34,10 +34,10 @@ def size_of_bags(folder: Path) -> int:
 
 
 def a_disk_that_fills(setting: Setting) -> Outcome:
-    """Fifty new meshes of 30 kB a second, of one part, with a bound of 3 MB on all
-    bags.
+    """Fifty new meshes of 30 kB a second, of one part, with a bound of 1 MB on all
+    bags, whose closed files are compressed.
     """
-    bound = 3_000_000
+    bound = 1_000_000
     number = setting.of(750, 300)
     largest = 0
     vertices, triangles = fine_box(1200)
