@@ -31,9 +31,9 @@ def learning_figure(results: Sequence[PoseStatistics], truth: PoseStatistics) ->
     """Draw what was predicted, what is true and what was learned, pose by pose.
 
     `results`: of one part in the order in which they came: the first is the prediction,
-    those with `counted_parts` above 0 were learned; `truth`: of the same part on the plate
-    itself. Returns axes of equal span for each pose; the band is the 90 % interval of
-    what was learned. Raises RequestError if nothing was learned.
+    those with `counted_parts` above 0 were learned; `truth`: of the same part on the
+    plate itself. Returns axes of equal span for each pose; the band is the 90 %
+    interval of what was learned. Raises RequestError if nothing was learned.
     """
     learned = [statistics for statistics in results if statistics.counted_parts]
     if not learned:

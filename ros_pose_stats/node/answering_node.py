@@ -119,7 +119,7 @@ class AnsweringNode(Node):
     def _log_answer(self, name: str, begin: float, answer: Future[Any]) -> None:
         """Log at the level `debug` how long a request took, and why it was refused."""
         response = answer.result()
-        message = "" if getattr(response, "success", True) else f": {response.message}"
+        message = "" if response.success else f": {response.message}"
         self.get_logger().debug(
             f"{self.full_name(name)}: answered after "
             f"{1000.0 * (time.monotonic() - begin):.1f} ms{message}"

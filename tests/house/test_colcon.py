@@ -1,4 +1,4 @@
-"""The repository builds with colcon, as in an ordinary Jazzy workspace, and as a wheel."""
+"""The repository builds with colcon, as in a Jazzy workspace, and as a wheel."""
 
 import json
 import os

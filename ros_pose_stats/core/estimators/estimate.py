@@ -142,9 +142,10 @@ def _warnings(
         warnings.append(
             note(
                 "METHODS_DISAGREE",
-                f"eae, meae and qse differ by up to {100.0 * expected.disagreement:.2g} "
-                f"points on this part; expect an error of {points} where {chosen.name} "
-                f"usually has {100.0 * expected.usual_error:.2g}, or simulate it.",
+                "eae, meae and qse differ by up to "
+                f"{100.0 * expected.disagreement:.2g} points on this part; expect an "
+                f"error of {points} where {chosen.name} usually has "
+                f"{100.0 * expected.usual_error:.2g}, or simulate it.",
             )
         )
     return warnings

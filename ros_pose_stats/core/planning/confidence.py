@@ -25,7 +25,8 @@ from ..statistics.prior import FALSE_ALARM_CHANCE, PosePrior, PriorFit, prior_fi
 
 STRANGE_CHANCE = 0.08
 """How likely a part is of a kind that no fit has seen: a judgement, whose outcome is in
-docs/measured/benchmarks.md. About as many parts are off by more than twice what is told."""
+docs/measured/benchmarks.md. About as many parts are off by more than twice what is
+told."""
 
 DOUBT = 0.95
 """The same as errors are told by where drops stand beside the estimate: some more of

@@ -83,9 +83,9 @@ INERTIA_SLACK = 4.0
 by one radius: what makes that lies at most so far out, beside that radius squared."""
 
 EVEN = 0.1
-"""Share of its barrier by which a pose may be higher than one that a motion takes it to,
-where the centre of mass is beside the axis of a thread: facets of a coil are shallow, and
-it comes to rest on the low ones."""
+"""Share of its barrier by which a pose may be higher than one that a motion takes it
+to, where the centre of mass is beside the axis of a thread: facets of a coil are
+shallow, and it comes to rest on the low ones."""
 
 NO_SHIFT = np.zeros(3)
 

@@ -89,8 +89,9 @@ class Posterior(NamedTuple):
         """Take the units' moments (M, G) at some strengths, and their weights (M,).
 
         The answer is the mean by its own weights; errors are distances from it, by
-        `weight`. `unit`, `row` (P,): of each pose; poses of one row are of one unit. `kinds`: the
-        same moments, parted by which kind of estimate holds rather than by strength.
+        `weight`. `unit`, `row` (P,): of each pose; poses of one row are of one unit.
+        `kinds`: the same moments, parted by which kind of estimate holds rather than by
+        strength.
         """
         size = np.bincount(unit)
         # The weights' sum is rounded; it shows where all agree, as on a pose that is

@@ -128,10 +128,10 @@ class PosePrior:
         self.strength = implied_strength * math.exp(scatter_fit.center)
         unsure_share = scatter_fit.unsure_share
         self._kind_share = np.array((1.0 - unsure_share, unsure_share))
-        self._strength = self._strength_grid(scatter_fit, implied_strength)
         self._strange = scatter_fit.strange
         self._doubt = max(scatter_fit.strange, scatter_fit.doubt)
-        self._log_weight = _log_weights(self._doubt)
+        self._strength = self._strength_grid(scatter_fit, implied_strength)
+        self._log_weight = self._log_weights(self._doubt)
 
     def _strength_grid(self, fit: PriorFit, implied_strength: float) -> Array:
         """Strengths (2, M, G) of both kinds, those of a usual part first."""
@@ -141,7 +141,7 @@ class PosePrior:
         rare_factor = 1.0 + fit.rare_below * self.size / self.mean
         kind_factors = np.vstack((rare_factor, np.ones_like(rare_factor)))[:, None]
         usual_strength: Array = np.exp(log_strength)[:, None] * kind_factors
-        if not max(fit.strange, fit.doubt):
+        if not self._doubt:
             return usual_strength
         strange_strength = max(self.strength, LEAST_STRENGTH) ** STRANGE_GRID[:, None]
         shape = (2, STRANGE_GRID.size, rare_factor.size)
@@ -194,7 +194,7 @@ class PosePrior:
         posterior_breaks, log_evidence = prior_breaks.update(unit_counts[order])
         weight, total = _normalize(self._log_weight + log_evidence)
         strange = self._strange_beside(unit_counts.sum())
-        answer_weight, _ = _normalize(_log_weights(strange) + log_evidence)
+        answer_weight, _ = _normalize(self._log_weights(strange) + log_evidence)
         return _Update(posterior_breaks, weight, answer_weight, total)
 
     def _strange_beside(self, drops: float) -> float:
@@ -202,6 +202,22 @@ class PosePrior:
         square = (drops / DOUBTED_DROPS) ** 2
         share = square / (1.0 + square)
         return self._strange + (self._doubt - self._strange) * share
+
+    def _log_weights(self, strange: float) -> Array:
+        """Log weights (M,) of the strengths; `strange` as in `PriorFit`."""
+        scatter = (
+            -0.5
+            * (TAIL_FREEDOM + 1.0)
+            * np.log1p(STRENGTH_GRID * STRENGTH_GRID / TAIL_FREEDOM)
+        )
+        usual_weight = scatter - math.log(np.exp(scatter).sum()) + math.log1p(-strange)
+        if not self._doubt:
+            return usual_weight
+        share = strange / STRANGE_GRID.size
+        strange_weight = math.log(share) if share else -math.inf
+        return np.concatenate(
+            (usual_weight, np.full(STRANGE_GRID.shape, strange_weight))
+        )
 
     def _order(self, unit_counts: Array) -> Index:
         """Rare units first; where estimates are equal, those seen less."""
@@ -233,20 +249,6 @@ def _normalize(log_weight: Array) -> tuple[Array, float]:
     weight = np.exp(log_weight - top)
     total = weight.sum()
     return weight / total, float(top + math.log(total))
-
-
-def _log_weights(strange: float) -> Array:
-    """Log weights (M,) of the strengths of a prior, `strange` as in `PriorFit`."""
-    scatter = (
-        -0.5
-        * (TAIL_FREEDOM + 1.0)
-        * np.log1p(STRENGTH_GRID * STRENGTH_GRID / TAIL_FREEDOM)
-    )
-    usual_weight = scatter - math.log(np.exp(scatter).sum()) + math.log1p(-strange)
-    if not strange:
-        return usual_weight
-    strange_weight = np.full(STRANGE_GRID.shape, strange / STRANGE_GRID.size)
-    return np.concatenate((usual_weight, np.log(strange_weight)))
 
 
 def _thin_rare_units(unit_probability: Array, size: Index, overrated: float) -> Array:

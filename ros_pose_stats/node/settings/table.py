@@ -298,8 +298,8 @@ def find_profile(plates: str, plate: str) -> PlateProfile | None:
     from ...core.plates import read_profiles
 
     remedy = (
-        "leave the parameter plate empty until the service fit_plate or the command fit has "
-        "written it there"
+        "leave the parameter plate empty until the service fit_plate or the command "
+        "fit has written it there"
     )
     try:
         file = Path(plates).expanduser()

@@ -100,7 +100,8 @@ WORDS = {
     ),
     "MODEL_GAP": (
         "The cell counts otherwise than the model",
-        "The answer has learnt from the counts; a fitted plate brings the model closer.",
+        "The answer has learnt from the counts; a fitted plate brings the model "
+        "closer.",
     ),
     "LOW_DROP": (
         "The part is released low",

@@ -111,7 +111,7 @@ copies = strategies.fixed_dictionaries(
 
 @cache
 def drops_of(name):
-    """Drops of a body as it is made, with which those of all its copies are compared."""
+    """Drops of a body as it is made, with which those of its copies are compared."""
     return Drops(part_from_mesh(*BODIES[name]), 300, 0.5)
 
 

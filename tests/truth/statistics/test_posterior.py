@@ -330,6 +330,20 @@ def test_an_estimate_far_off_costs_next_to_nothing():
     assert (np.sqrt(square.sum(axis=1) / (truth * (1.0 - truth) / drops)) < 1.1).all()
 
 
+def test_doubt_of_errors_alone_leaves_the_answer_without_drops_as_it_is():
+    """Where no part is taken to be strange, the answer comes to doubt by drops."""
+    usual = prior_fit(0.5)._replace(strange=0.0, doubt=0.0)
+    answers = [
+        PosePrior([0.4, 0.6], [0, 1], 0.02, 0.5, fit)
+        for fit in (usual, usual._replace(doubt=0.95))
+    ]
+    before = [prior.update([0, 0]) for prior in answers]
+    np.testing.assert_allclose(before[1].probability, [0.4, 0.6], atol=1e-12)
+    assert (before[1].standard_error > before[0].standard_error).all()
+    after = [prior.update([400, 0]).probability[0] for prior in answers]
+    assert after[1] > after[0]
+
+
 def test_poses_of_a_group_share_counts_unless_these_are_unequal():
     """Of both sides of a plate 130 and 70 are no chance (p = 2e-5), 105 and 95 are."""
     model = estimate(part_from_mesh(*shapes.box(0.03, 0.04, 0.01)), "split")
