@@ -21,7 +21,7 @@ from .parts import intake, part_builder
 from .parts.registry import PartRegistry
 from .recorder import Recorder, convert_to_installed, definitions
 from .refusals import COUNTS, Refusals, publish_diagnostics
-from .services import cell, goals, services
+from .services import feeding_plans, goals, plate_fits, services
 from .settings import Settings
 from .settings.parameters import Parameters
 from .state import OF_PARTS, Change, State
@@ -112,11 +112,11 @@ class PoseStatsNode(AnsweringNode):
         self.actions: list[goals.GoalServer[Any]] = [
             goals.SimulateDropsServer(equipment, part_services, jobs, reports),
             goals.SimulateFlipsServer(equipment, parts, self.intake, self.flip_jobs[0]),
-            cell.PlanFeedingServer(
+            feeding_plans.PlanFeedingServer(
                 equipment, parts, self.flip_jobs[1], flips, self.intake, self.outlines
             ),
         ]
-        cell.PlateFits(equipment, parts, self.table.use_plate)
+        plate_fits.PlateFits(equipment, parts, self.table.use_plate)
         # Once a second: what was counted, the disk, and how the node is.
         steady_timer(self, 1.0, self._write_down)
         publish_diagnostics(

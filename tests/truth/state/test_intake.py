@@ -48,7 +48,7 @@ from ros_pose_stats.node.parts.known_part import (
 )
 from ros_pose_stats.node.parts.part_counts import Ground, PartCounts, Tally
 from ros_pose_stats.node.parts.registry import PartRegistry
-from ros_pose_stats.node.services.cell import PlateFits
+from ros_pose_stats.node.services.plate_fits import PlateFits
 
 NODE_SCENE = (-1.0, -1.0)  # of a part that has no scene of its own
 TETRAHEDRON = (
