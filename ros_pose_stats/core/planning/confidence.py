@@ -192,7 +192,6 @@ def observe_counts(
         poses=tuple(poses),
         expected_error=0.0 if has_plate_shares else model.expected_error,
     )
-    warnings = model.warnings
     gap = errors.root_mean_square(
         np.array([pose.probability for pose in poses]) - pose_counts / total
     )
@@ -201,15 +200,13 @@ def observe_counts(
         -1 - pose.index if pose.group in unequal_groups else pose.group
         for pose in poses
     ]
-    for indices in unequal_groups.values():
-        counted = pose_counts[indices] / total
-        conflict = note(
-            "CONFLICT",
-            f"{text.name_poses(indices)} are the same by symmetry, and the cell "
-            f"counted {text.percent(counted.min())} to {text.percent(counted.max())} "
-            "%; each is answered by its own counts.",
-        )
-        warnings = (*warnings, conflict)
+    warnings = (
+        *model.warnings,
+        *(
+            _inequality_note(indices, pose_counts / total)
+            for indices in unequal_groups.values()
+        ),
+    )
     prior = plate_prior(prediction, unit)
     refuted = np.flatnonzero(prior.contradicted_poses(pose_counts))
     if refuted.size:
@@ -224,22 +221,7 @@ def observe_counts(
         warnings = (*warnings, conflict)
         prior = plate_prior(replace(prediction, expected_error=math.nan), unit)
     elif not has_plate_shares:
-        model_prior = PosePrior(
-            [pose.probability for pose in poses],
-            unit,
-            model.expected_error,
-            model.restitution,
-        )
-        doubted = np.flatnonzero(model_prior.contradicted_poses(pose_counts))
-        if doubted.size:
-            extreme = describe_extreme(model_prior, pose_counts, doubted, "predicted")
-            model_gap = note(
-                "MODEL_GAP",
-                f"what the cell counted is {points(gap)} from the model (root mean "
-                "square over the poses), beyond chance and the model's own error, "
-                f"{extreme}; the answer has learnt from the counts.",
-            )
-            warnings = (*warnings, model_gap)
+        warnings = (*warnings, *_gap_notes(prediction, unit, pose_counts, gap))
     shares = prior.update(pose_counts).shares(pose_counts)
     return with_shares(
         model,
@@ -253,6 +235,41 @@ def observe_counts(
         model_gap=gap,
         warnings=warnings,
     )
+
+
+def _inequality_note(indices: list[int], shares: Array) -> Note:
+    """Of poses that are the same by symmetry, and have unequal shares (P,)."""
+    lowest, highest = shares[indices].min(), shares[indices].max()
+    return note(
+        "CONFLICT",
+        f"{text.name_poses(indices)} are the same by symmetry, and the cell counted "
+        f"{text.percent(lowest)} to {text.percent(highest)} %; each is answered by its "
+        "own counts.",
+    )
+
+
+def _gap_notes(
+    prediction: PoseStatistics, unit: Sequence[int], counts: Index, gap: float
+) -> list[Note]:
+    """One where counts (P,) are farther from a model than chance and its own error."""
+    prior = PosePrior(
+        [pose.probability for pose in prediction.poses],
+        unit,
+        prediction.expected_error,
+        prediction.restitution,
+    )
+    doubted = np.flatnonzero(prior.contradicted_poses(counts))
+    if not doubted.size:
+        return []
+    return [
+        note(
+            "MODEL_GAP",
+            f"what the cell counted is {points(gap)} from the model (root mean square "
+            "over the poses), beyond chance and the model's own error, "
+            f"{describe_extreme(prior, counts, doubted, 'predicted')}; the answer has "
+            "learnt from the counts.",
+        )
+    ]
 
 
 def find_unequal_groups(
