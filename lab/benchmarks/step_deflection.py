@@ -21,7 +21,7 @@ from ros_pose_stats.core.mesh.files import STEP_SUFFIXES
 from ros_pose_stats.core.mesh.raw_meshes import RawScene
 from ros_pose_stats.core.mesh.step_files import LINEAR, read_step
 
-from .real_files import files_in
+from .files import files_in
 
 FINEST = 2e-4
 DEFLECTIONS = (1e-2, 5e-3, 2e-3, LINEAR)

@@ -17,7 +17,7 @@ import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
-from lab.benchmarks.real_files import files_in
+from lab.benchmarks.files import files_in
 from ros_pose_stats.core.kernels.compilation import all_kernels
 from ros_pose_stats.tools.cli import main
 

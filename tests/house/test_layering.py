@@ -308,12 +308,14 @@ class TestTheWalkItself:
         assert len(misplaced(self.package(tmp_path, {f"{room}/a": text}))) == 1
 
 
-@pytest.mark.parametrize("tree", ["study", "lab"])
-def test_what_programs_of_the_checkout_import_is_there(tree, sources):
+def test_what_the_checkout_imports_of_its_own_is_there(sources):
+    trees = {name: Sources(PACKAGE.parent / name) for name in ("tests", "study", "lab")}
+    trees[PACKAGE.name] = sources
     missing = [
         str(arrow)
-        for arrow in Sources(PACKAGE.parent / tree).imports
-        if arrow.target.startswith(f"{PACKAGE.name}.")
-        and arrow.target not in sources.files
+        for tree in trees.values()
+        for arrow in tree.imports
+        if (home := trees.get(arrow.target.partition(".")[0])) is not None
+        and arrow.target not in home.files
     ]
     assert missing == []
