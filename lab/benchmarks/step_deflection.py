@@ -82,6 +82,8 @@ def main() -> None:
         for file in files_in(parser.parse_args().files)
         if file.suffix.lower() in STEP_SUFFIXES
     ]
+    if not files:
+        parser.error("expected STEP files or folders with some, got none")
     package = importlib.util.find_spec("cascadio")
     assert package is not None
     assert package.origin is not None
