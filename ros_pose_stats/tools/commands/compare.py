@@ -219,8 +219,8 @@ def comparison_table(comparison: "Comparison") -> list[str]:
     ]
     for variant in comparison.variants:
         lines += ["", *variant_table(variant)]
-    warnings = [  # each line begins with the variants that have it
-        warning._replace(code=f"{letters}: {warning.code}")
+    warnings = [  # each sentence begins with the variants that it is about
+        warning._replace(text=f"{letters}: {warning.text}")
         for letters, warning in describe.name_warnings(comparison)
     ]
     return [

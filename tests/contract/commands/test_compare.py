@@ -78,18 +78,19 @@ def test_the_unit_is_for_files_that_declare_none(tmp_path):
 
 def test_wanted_poses_of_which_symmetry_has_more_are_pointed_out(boxes):
     request = "compare", *boxes, *ASKED, "--drops", 300, "--wanted"
-    warnings = [
-        "WANTED_ALIKE: pose 3 looks the same as pose 2 (symmetry)",
-        "WANTED_ALIKE: pose 1 looks the same as pose 0 (symmetry)",
+    sentences = [
+        "pose 3 looks the same as pose 2 (symmetry)",
+        "pose 1 looks the same as pose 0 (symmetry)",
     ]
     values = answer_json(*request, "2")
     assert [
-        f"{warning['code']}: {warning['text'].partition(' and is')[0]}"
+        (warning["code"], warning["text"].partition(" and is")[0])
         for variant in values["variants"]
         for warning in variant["warnings"]
-    ] == warnings
+    ] == [("WANTED_ALIKE", sentence) for sentence in sentences]
     text = answer(*request, "2")
-    assert f"A: {warnings[0]}" in text and f"B: {warnings[1]}" in text
+    for variant, sentence in zip("AB", sentences, strict=True):
+        assert f"\nWANTED_ALIKE: {variant}: {sentence}" in text
     assert "WANTED_ALIKE" not in answer(*request, "0-1")
 
 
