@@ -16,13 +16,12 @@ from pathlib import Path
 from typing import BinaryIO
 
 from mcap import records
-from mcap.writer import Writer
 
 from ...base.errors import BatchError
 from ...base.files import HALF, open_file, sync_directory
 from ...base.worker import ProcessDiedError, Worker
 from .reader import UNREADABLE, Allowance, read_frames, records_in
-from .writer import mcap_layout
+from .writer.indexed_file import IndexedFile
 from .writer.mcap_layout import Contents
 
 SMALL = 4 * 2**20
@@ -114,46 +113,16 @@ def _copy(source: BinaryIO, target: BinaryIO, path: Path) -> tuple[Contents, lis
 
     What was written, and the bytes of each stretch that was left out.
     """
-    contents = Contents()
     cuts: list[int] = []
-    schemas: dict[int, int] = {}  # numbers in the target by those in the source
-    channels: dict[int, int] = {}
-    writer = Writer(target)
-    writer.start(mcap_layout.PROFILE, mcap_layout.LIBRARY)
+    copy = IndexedFile(target)
     for record in _sound_records(source, Allowance(path), cuts):
         if isinstance(record, records.Message):
-            if record.channel_id not in channels:
-                raise OSError("the description of a topic in it is damaged")
-            contents.count(record.channel_id, record.log_time)
-            writer.add_message(
-                channels[record.channel_id],
-                record.log_time,
-                record.data,
-                record.publish_time,
-                record.sequence,
-            )
+            copy.append(record)
         # A summary has schemas and channels once more.
-        elif isinstance(record, records.Schema) and record.id not in schemas:
-            contents.schemas[record.id] = record
-            schemas[record.id] = writer.register_schema(
-                record.name, record.encoding, record.data
-            )
-        elif (
-            isinstance(record, records.Channel)
-            and record.id not in channels
-            and record.schema_id in schemas
-        ):
-            contents.channels[record.id] = record
-            channels[record.id] = writer.register_channel(
-                record.topic,
-                record.message_encoding,
-                schemas[record.schema_id],
-                record.metadata,
-            )
-    information = mcap_layout.bag_information({path.name: contents})
-    writer.add_metadata("rosbag2", {"serialized_metadata": information})
-    writer.finish()  # type: ignore[no-untyped-call]
-    return contents, cuts
+        elif isinstance(record, records.Schema | records.Channel):
+            copy.describe(record)
+    copy.finish(path.name)
+    return copy.contents, cuts
 
 
 def _sound_records(

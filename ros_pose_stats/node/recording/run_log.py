@@ -55,7 +55,8 @@ class RunLog:
         self._lengths = {
             topic: message_types.CdrLength(kind) for topic, kind in types.items()
         }
-        start = len(mcap_layout.opening(types, node)[0])
+        topics = mcap_layout.describe_topics(types, node)
+        start = len(mcap_layout.opening(topics))
         self._overhead = 3 * start
         self._max_bytes = max_bag_bytes
         if max_log_bytes:

@@ -101,7 +101,6 @@ def write_drop(
     def write_film(folder: Path) -> None:
         """A bag with the part in motion, and the poses within reach of its energy."""
         from ...core.resting.splitting_graph import levels_above, poses_within
-        from ...node.recording import indexing
         from ...node.recording.writer import drop_film
 
         weight = trajectory.energies[0] / trajectory.heights[0]
@@ -110,10 +109,7 @@ def write_drop(
         def name_poses(energy: float) -> str:
             return " ".join(map(str, poses_within(levels, energy / weight, root.poses)))
 
-        path = folder / file.name
-        drop_film.write_film(path, part, frames, name_poses)
-        rewrite = indexing.write_indexed(path)
-        indexing.put_in_place(path, rewrite)
+        drop_film.write_film(folder / file.name, part, frames, name_poses)
 
     def write_video(folder: Path) -> None:
         from ...core.simulation.frames import RATE

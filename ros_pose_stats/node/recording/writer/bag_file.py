@@ -25,14 +25,14 @@ class BagFile:
         self.path = path
         self.written = 0
         self.broken: OSError | None = None
-        start, self.contents = mcap_layout.opening(types, node)
+        self.contents = mcap_layout.describe_topics(types, node)
         self._channels = {
             channel.topic: number for number, channel in self.contents.channels.items()
         }
         self._syncing = threading.Lock()
         self._number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
         try:
-            self.size = write_all(self._number, [start], 0)
+            self.size = write_all(self._number, [mcap_layout.opening(self.contents)], 0)
             os.fsync(self._number)
             sync_directory(path.parent)
         except OSError:

@@ -1,15 +1,17 @@
 """A drop as an MCAP file that Foxglove and RViz play: transforms, markers, energy."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
+from mcap import records
 
 from ....core.mesh import decimation, vectors
 from ....core.records import Part
 from ....core.simulation.frames import RATE, DropFrames
-from . import bag_file, message_types
+from . import mcap_layout, message_types
 from .cdr import CUBE, SECOND, TRIANGLE_LIST, CdrWriter, Marker, marker_array_message
+from .indexed_file import IndexedFile
 
 TF = "/tf"
 BODY = "/drop/markers"
@@ -74,11 +76,27 @@ TYPES = {
 def write_film(
     file: Path, part: Part, frames: DropFrames, describe_reach: Callable[[float], str]
 ) -> None:
-    """Write a drop to a new MCAP file, in true time.
+    """Write a drop to a new MCAP file with an index, in true time.
 
     `describe_reach`: the poses in reach of an energy [J], as a text.
     """
-    film = bag_file.BagFile(file, TYPES)
+    topics = mcap_layout.describe_topics(TYPES)
+    channels = {channel.topic: number for number, channel in topics.channels.items()}
+    with file.open("xb") as target:
+        film = IndexedFile(target)
+        for description in topics.descriptions:
+            film.describe(description)
+        for topic, data, stamp in _messages(part, frames, describe_reach):
+            channel = channels[topic]
+            number = film.contents.counts[channel]
+            film.append(records.Message(channel, stamp, data, stamp, number))
+        film.finish(file.name)
+
+
+def _messages(
+    part: Part, frames: DropFrames, describe_reach: Callable[[float], str]
+) -> Iterator[tuple[str, bytes, int]]:
+    """Topic, message and time [ns] of all that is in the film, in its order."""
     positions = -(vectors.rotation_matrices(frames.orientations) @ part.center_of_mass)
     positions[:, 2] += frames.heights
     rest_seconds = (
@@ -89,7 +107,7 @@ def write_film(
         stamp = START + round(SECOND * time)
         if stamp - marker_stamp >= MARKER_INTERVAL:
             marker_stamp = stamp
-            film.append(BODY, memoryview(_markers(part, stamp)), stamp)
+            yield BODY, _markers(part, stamp), stamp
         energy = float(frames.energies[k])
         transform = (
             CdrWriter()
@@ -104,8 +122,7 @@ def write_film(
             (ENERGY, CdrWriter().number("d", energy)),
             (REACH, CdrWriter().string(describe_reach(energy))),
         ):
-            film.append(topic, memoryview(message.message()), stamp)
-    film.finish()
+            yield topic, message.message(), stamp
 
 
 def _markers(part: Part, stamp: int) -> bytes:

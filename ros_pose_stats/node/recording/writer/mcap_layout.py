@@ -57,6 +57,11 @@ class Contents:
         """How many messages there are."""
         return sum(self.counts.values())
 
+    @property
+    def descriptions(self) -> list[records.Schema | records.Channel]:
+        """Schemas, then channels."""
+        return [*self.schemas.values(), *self.channels.values()]
+
     def count(self, channel: int, log_time: int) -> None:
         """Take in one message."""
         if not self.counts:
@@ -161,8 +166,8 @@ def message_head(channel: int, number: int, log_time: int, data: memoryview) -> 
     return CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(data, zlib.crc32(head))) + head
 
 
-def opening(types: Mapping[str, MessageType], node: str) -> tuple[bytes, Contents]:
-    """The beginning of a file, and its contents so far.
+def describe_topics(types: Mapping[str, MessageType], node: str = "") -> Contents:
+    """What a file with these topics has before its messages.
 
     The metadata of each channel name the node.
     """
@@ -184,11 +189,16 @@ def opening(types: Mapping[str, MessageType], node: str) -> tuple[bytes, Content
             },
             schema,
         )
+    return contents
+
+
+def opening(contents: Contents) -> bytes:
+    """The beginning of a file: a header, schemas and channels."""
     start = MAGIC + _encode([records.Header(PROFILE, LIBRARY)])
-    for description in (*contents.schemas.values(), *contents.channels.values()):
+    for description in contents.descriptions:
         record = _encode([description])
         start += CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(record)) + record
-    return start, contents
+    return start
 
 
 def _encode(records_in_order: Iterable[records.McapRecord]) -> bytes:
