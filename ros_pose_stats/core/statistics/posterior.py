@@ -196,9 +196,11 @@ RARE_NODES = 10.0 ** np.arange(-8.0, 0.0)
 """And means of each component, for a rare pose whose density rises without bound
 towards 0."""
 
-LEAST_ALPHA = 0.5
-"""First Beta parameter of a pose that has never come up, at least: Jeffreys's, as for
-counts alone. With less the interval shrinks to 0, whatever the number of drops."""
+LEAST_ALPHA = 1.0
+"""First Beta parameter of a pose that has never come up, at least: drops alone leave
+such a pose an interval that ends where it would have come up with that confidence. With
+less the interval shrinks towards 0, whatever the number of drops, and misses poses that
+came up by chance not once."""
 
 CELL_HALVINGS = 16  # of the cell in which the upper end lies
 
