@@ -11,7 +11,10 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from ros_pose_stats_msgs.srv import CancelDropSimulation
 
-SERVICE = "/bare/service"
+PREFIX = "/bare"
+SERVICE = "cancel_drop_simulation"
+"""Its request and its answer are small."""
+
 SWITCH_SECONDS = 0.001
 """As in the node."""
 
@@ -30,9 +33,9 @@ def main() -> None:
 
         def say_once() -> None:
             timer.cancel()
-            print("ready", flush=True)
+            print("[bare]: ready", file=sys.stderr, flush=True)
 
-        node.create_service(CancelDropSimulation, SERVICE, serve)
+        node.create_service(CancelDropSimulation, f"{PREFIX}/{SERVICE}", serve)
         timer = node.create_timer(0.0, say_once)
         executor.add_node(node)
         executor.spin()

@@ -5,16 +5,16 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from statistics import median
-from typing import Any, NamedTuple
-
-from ros_pose_stats_msgs.action import SimulateDrops
+from typing import NamedTuple
 
 from lab.frame.results import Row, Section, Target
+from tests.contract.node.harness.client import DONE
+from tests.contract.node.harness.goals import Goals
+from tests.contract.node.harness.jobs import LONG, get
 
-from . import jobs
-from .client import Client
-from .processes import cores
+from .jobs import SEEDS, start_long
 from .spread import p99
+from .starting import cores
 
 CANCELLING_BOUND = 100.0  # milliseconds
 
@@ -35,27 +35,18 @@ class Ending(NamedTuple):
     end: float
 
 
-def cancelling(client: Client, parts: dict[str, str], runs: int) -> Section:
-    """Rows for the service and the action.
-
-    Parameters
-    ----------
-    client : Client
-    parts : dict of str to str
-        Names of the parts in the table, by the id of a known part.
-    runs : int
-    """
+def cancelling(client, parts: dict[str, str], runs: int) -> Section:
+    """Rows for the service and the action; `parts`: names in the table by part_id."""
     rows = []
-    with jobs.action_client(client) as action:
-        for part_id, name in parts.items():
-            by_service = [_by_service(client, part_id, _pause(i)) for i in range(runs)]
-            by_action = [
-                _by_action(client, action, part_id, _pause(i)) for i in range(runs)
-            ]
-            rows += [
-                _cancelling_row(f"service, {name}", by_service),
-                _cancelling_row(f"action, {name}", by_action),
-            ]
+    goals = Goals(client)
+    for part_id, name in parts.items():
+        by_service = [_by_service(client, part_id, _pause(i)) for i in range(runs)]
+        by_action = [_by_action(goals, part_id, _pause(i)) for i in range(runs)]
+        rows += [
+            _cancelling_row(f"service, {name}", by_service),
+            _cancelling_row(f"action, {name}", by_action),
+        ]
+    goals.close()
     return Section(
         "cancelling",
         "Cancelling under full load",
@@ -71,36 +62,25 @@ def _pause(run: int) -> float:
     return 0.05 + 0.0137 * (run % 8)
 
 
-def _by_service(client: Client, part_id: str, pause: float) -> Ending:
-    job_id = jobs.start(client, jobs.start_request(part_id, jobs.ENDLESS))
-    jobs.wait_for_drops(client, job_id)
-    client.spin_for(pause)
+def _by_service(client, part_id: str, pause: float) -> Ending:
+    job_id = start_long(client, part_id)
+    time.sleep(pause)
     begin = time.perf_counter()
-    jobs.accepted(jobs.cancel(client, job_id))
+    client.good("cancel_drop_simulation", job_id=job_id)
     answer = time.perf_counter() - begin
-    while jobs.state(client, job_id).status.state < jobs.DONE:
+    while get(client, job_id).status.state < DONE:
         pass
     return Ending(answer, time.perf_counter() - begin)
 
 
-def _by_action(client: Client, action: Any, part_id: str, pause: float) -> Ending:
-    feedback: list[Any] = []
-    goal = client.result(
-        action.send_goal_async(
-            SimulateDrops.Goal(
-                part_id=part_id, drops=jobs.ENDLESS, seed=next(jobs.SEEDS)
-            ),
-            feedback_callback=feedback.append,
-        ),
-        "answer to the goal",
-    )
-    result = goal.get_result_async()
-    client.spin_until(lambda: feedback, "feedback")
-    client.spin_for(pause)
+def _by_action(goals: Goals, part_id: str, pause: float) -> Ending:
+    goal = goals.send(part_id=part_id, drops=LONG, seed=next(SEEDS))
+    goal.first_feedback()
+    time.sleep(pause)
     begin = time.perf_counter()
-    client.result(goal.cancel_goal_async(), "answer to the cancel request")
+    goal.cancel()
     answer = time.perf_counter() - begin
-    client.result(result, "result")
+    goal.result()
     return Ending(answer, time.perf_counter() - begin)
 
 

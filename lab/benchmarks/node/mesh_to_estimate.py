@@ -4,10 +4,10 @@ subscriptions.
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count
 from statistics import median
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,19 +18,19 @@ from lab.bodies.curved import Body
 from lab.frame.results import Row, Section
 from lab.frame.timing import Contender, Pace, Timings, race
 from ros_pose_stats import estimate, part_from_mesh
-from ros_pose_stats.node.messages.part_messages import part_message
-from ros_pose_stats.node.messages.part_requests import PartRequest
+from tests.contract.node.harness.cell import MeshPublisher
+from tests.contract.node.harness.parts import flat, mesh
 
-from .client import Client
+from .listener import Listener
 from .spread import beyond, spread
 
-PART_TOPIC = "/pose_stats/part_mesh"
 CAD_TOPIC = "/benchmark/cad"
 FLAT = "PartMesh"
 STANDARD = "shape_msgs/Mesh"
 NEW = "PartMesh, new name"
 HULL = "hull"
 LIBRARY = "library"
+STEP = 1e-6
 
 TIMED = (
     "From the publishing of an already serialised mesh to the arrival of its latched "
@@ -46,12 +46,20 @@ TIMED = (
 )
 
 
-def mesh_to_estimate(client: Client, bodies: Sequence[Body], pace: Pace) -> Section:
+class Topics(NamedTuple):
+    """Where meshes go, and who hears what becomes of them."""
+
+    listener: Listener
+    parts: MeshPublisher
+    standard_meshes: MeshPublisher
+
+
+def mesh_to_estimate(topics: Topics, bodies: Sequence[Body], pace: Pace) -> Section:
     """Two rows for each body, and one of the first body with ever new names."""
     rows = []
     for body in bodies:
         names = (FLAT, STANDARD, NEW) if body is bodies[0] else (FLAT, STANDARD)
-        timings = race([*_scale(body), *senders(client, body, names)], pace)
+        timings = race([*_scale(body), *_senders(topics, body, names)], pace)
         rows += [_row(timings, body, name) for name in names]
     return Section(
         "mesh_to_estimate", "From the mesh to the latched estimate", TIMED, tuple(rows)
@@ -60,7 +68,9 @@ def mesh_to_estimate(client: Client, bodies: Sequence[Body], pace: Pace) -> Sect
 
 def _scale(body: Body) -> list[Contender]:
     """Contenders that do the same in this process, for scale."""
-    fresh = Fresh(body)
+
+    def fresh() -> NDArray[np.float64]:
+        return larger(body.vertices)
 
     def library(vertices: NDArray[np.float64]) -> object:
         return estimate(part_from_mesh(vertices, body.triangles), "split")
@@ -69,35 +79,37 @@ def _scale(body: Body) -> list[Contender]:
     return [Contender(HULL, ConvexHull, fresh), Contender(LIBRARY, library, fresh)]
 
 
-def senders(client: Client, body: Body, names: Sequence[str]) -> Iterator[Contender]:
+def _senders(topics: Topics, body: Body, names: Sequence[str]) -> Iterator[Contender]:
     """Contenders through the node; their topics and, but for new names, parts are known
     to it.
     """
     numbers = count()
     for name in names:
-        topic = CAD_TOPIC if name == STANDARD else PART_TOPIC
-        prepare = _maker(name, Fresh(body), numbers)
+        publisher = topics.standard_meshes if name == STANDARD else topics.parts
+        prepare = _maker(name, body, numbers)
 
-        def send(message: tuple[bytes, str], topic: str = topic) -> object:
-            return client.publish_until_latched(topic, *message)
+        def send(
+            message: tuple[bytes, str], publisher: MeshPublisher = publisher
+        ) -> None:
+            data, digest = message
+            topics.listener.forget()
+            publisher.publish(data)
+            topics.listener.wait(digest)
 
         send(prepare())
         yield Contender(name, send, prepare)
 
 
 def _maker(
-    name: str, fresh: Fresh, numbers: count[int]
+    name: str, body: Body, numbers: count[int]
 ) -> Callable[[], tuple[bytes, str]]:
     """Return a function that makes message and digest of another mesh at each call."""
-    triangles = fresh.body.triangles
 
     def make() -> tuple[bytes, str]:
-        vertices = fresh()
-        digest = part_from_mesh(vertices, triangles).digest
-        if name == STANDARD:
-            return mesh_bytes(vertices, triangles), digest
+        surface = (larger(body.vertices), body.triangles)
         part_id = f"ring_{next(numbers)}" if name == NEW else "ring"
-        return part_mesh_bytes(part_id, vertices, triangles), digest
+        message = mesh(surface) if name == STANDARD else flat(surface, part_id)
+        return bytes(serialize_message(message)), part_from_mesh(*surface).digest
 
     return make
 
@@ -116,36 +128,9 @@ def _row(timings: Timings, body: Body, name: str) -> Row:
     )
 
 
-STEP = 1e-6
-
-
 _numbers = count(1)
 
 
-class Fresh:
-    """Slightly larger copies of a body, each of which is new to the node."""
-
-    def __init__(self, body: Body) -> None:
-        self.body = body
-
-    def __call__(self) -> NDArray[np.float64]:
-        """Vertices of the next copy."""
-        return self.body.vertices * (1.0 + STEP * next(_numbers))
-
-
-def part_mesh_bytes(
-    part_id: str, vertices: NDArray[np.float64], triangles: NDArray[np.int64]
-) -> bytes:
-    """A `PartMesh` with flat arrays, serialised."""
-    request = PartRequest(part_id, vertices, triangles.astype(np.uint32))
-    return bytes(serialize_message(part_message(request, part_id, 0)))
-
-
-def mesh_bytes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> bytes:
-    """A `shape_msgs/Mesh`, serialised without an object for each vertex and
-    triangle.
-    """
-    head = struct.pack("<I", len(triangles)) + triangles.astype("<u4").tobytes()
-    head += struct.pack("<I", len(vertices))
-    head += bytes(-len(head) % 8)
-    return b"\x00\x01\x00\x00" + head + vertices.astype("<f8").tobytes()
+def larger(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A slightly larger copy, which is new to the node."""
+    return vertices * (1.0 + STEP * next(_numbers))

@@ -7,69 +7,26 @@ from dataclasses import dataclass
 from importlib.metadata import version
 
 from rclpy.utilities import get_rmw_implementation_identifier
-from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
 from lab.bodies.curved import Body, ring_of, rounded_box_of
 from lab.frame.results import Section
 from lab.frame.timing import Pace
 from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
+from tests.contract.node.harness.cell import MeshPublisher
+from tests.contract.node.harness.client import Client
+from tests.contract.node.harness.parts import flat
 
-from . import jobs
+from .bare import PREFIX
 from .cancelling import cancelling
-from .client import Client
-from .mesh_to_estimate import CAD_TOPIC, PART_TOPIC, mesh_to_estimate
-from .processes import bare, cores, node, starting, surroundings
+from .listener import Listener
+from .mesh_to_estimate import CAD_TOPIC, Topics, mesh_to_estimate
 from .services import Known, services
+from .starting import OWN, bare_process, cores, node, starting, surroundings
 
 MILLIMETRE = 1e-3
 CLAMP = "clamp"
 LARGE = "large"
-
-
-def sections(plan: Plan) -> Iterator[Section]:
-    """Measure, and yield one table after the other."""
-    with surroundings() as folder:
-        yield starting(folder / "starts", plan.starts)
-        with (
-            bare(),
-            node(folder / "bags", [f"cad={CAD_TOPIC}"], cores()) as running,
-            Client() as client,
-        ):
-            client.connect(PartMesh, PART_TOPIC)
-            client.connect(Mesh, CAD_TOPIC)
-            try:
-                yield from _of_running(client, plan)
-            except (TimeoutError, RuntimeError) as error:
-                raise RuntimeError(running.complaint(str(error))) from error
-
-
-def _of_running(client: Client, plan: Plan) -> Iterator[Section]:
-    bodies = [
-        make(size) for size in plan.triangles for make in (ring_of, rounded_box_of)
-    ]
-    yield mesh_to_estimate(client, bodies, plan.meshes)
-    carried = rounded_box_of(plan.carried)
-    jobs.make_known(client, CLAMP, _clamp())
-    jobs.make_known(client, LARGE, carried)
-    yield services(client, Known(CLAMP, LARGE, carried), plan.services)
-    yield cancelling(client, {CLAMP: "clamp", LARGE: carried.name}, plan.cancels)
-
-
-def _clamp() -> Body:
-    """The demo part, in metres."""
-    vertices, triangles = DEMO_PARTS[CLAMP]()
-    return Body(CLAMP, MILLIMETRE * vertices, triangles)
-
-
-def middleware() -> dict[str, str]:
-    """What the times hang on beside the machine."""
-    return {
-        "rclpy": version("rclpy"),
-        "middleware": get_rmw_implementation_identifier(),
-    }
-
-
 MESHES_EACH = Pace(60, 2.0)
 CALLS = Pace(100, 6.0)
 
@@ -106,3 +63,53 @@ QUICK = Plan(
     services=Pace(12, 1.0),
     cancels=3,
 )
+
+
+def sections(plan: Plan) -> Iterator[Section]:
+    """Measure, and yield one table after the other."""
+    with surroundings() as (folder, domain):
+        yield starting(domain, folder / "starts", plan.starts)
+        bags = folder / "bags"
+        topics = f"[cad={CAD_TOPIC}]"
+        with (
+            Client(domain, OWN) as client,
+            Client(domain, PREFIX) as bare_client,
+            bare_process(bags) as bare,
+            node(bags, mesh_topics=topics, workers=cores()) as running,
+        ):
+            bare.ready()
+            running.ready()
+            yield from _of_running(client, bare_client, plan)
+
+
+def _of_running(client: Client, bare_client: Client, plan: Plan) -> Iterator[Section]:
+    listener = Listener(client)
+    topics = Topics(
+        listener,
+        MeshPublisher(client).matched(),
+        MeshPublisher(client, CAD_TOPIC, Mesh).matched(),
+    )
+    bodies = [
+        make(size) for size in plan.triangles for make in (ring_of, rounded_box_of)
+    ]
+    yield mesh_to_estimate(topics, bodies, plan.meshes)
+    carried = rounded_box_of(plan.carried)
+    for part_id, body in ((CLAMP, _clamp()), (LARGE, carried)):
+        client.good("estimate", part=flat(body[1:], part_id))
+    known = Known(CLAMP, LARGE, carried)
+    yield services(client, bare_client, listener, known, plan.services)
+    yield cancelling(client, {CLAMP: "clamp", LARGE: carried.name}, plan.cancels)
+
+
+def _clamp() -> Body:
+    """The demo part, in metres."""
+    vertices, triangles = DEMO_PARTS[CLAMP]()
+    return Body(CLAMP, MILLIMETRE * vertices, triangles)
+
+
+def middleware() -> dict[str, str]:
+    """What the times hang on beside the machine."""
+    return {
+        "rclpy": version("rclpy"),
+        "middleware": get_rmw_implementation_identifier(),
+    }

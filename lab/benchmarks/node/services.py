@@ -7,19 +7,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from ros_pose_stats_msgs import srv
-from ros_pose_stats_msgs.srv import CancelDropSimulation
-
 from lab.bodies.curved import Body
 from lab.frame.results import Row, Section, Target
 from lab.frame.timing import Contender, Pace, Timings, race
+from tests.contract.node.harness.jobs import finished, start
+from tests.contract.node.harness.parts import flat
 
 from . import jobs
 from .bare import SERVICE
-from .client import Client
-from .mesh_to_estimate import Fresh
-from .processes import cores
+from .listener import Listener
+from .mesh_to_estimate import larger
 from .spread import p99, spread
+from .starting import cores
 
 BARE = "bare rclpy service"
 NEW = "new_mesh"
@@ -37,6 +36,8 @@ TIMED = (
     "and {others:g} ms for the others, held against the 99th percentile; they are "
     "meant for disks on which a sync takes at most 2 ms, see above."
 )
+START = 10.0
+OTHERS = 50.0  # milliseconds
 
 
 class Known(NamedTuple):
@@ -56,15 +57,22 @@ class Known(NamedTuple):
     carried: Body
 
 
-def services(client: Client, parts: Known, pace: Pace) -> Section:
+def services(
+    client, bare_client, listener: Listener, parts: Known, pace: Pace
+) -> Section:
     """A row for each service, idle and under full load."""
-    ended = jobs.start(client, jobs.start_request(parts.part_id, 100))
-    jobs.wait_for_end(client, ended)
-    idle = race(_contenders(client, parts, ended, 1), pace)
+
+    def measure(job_id: str, drops: int) -> Timings:
+        calls = Calls(client, listener)
+        return race(_contenders(calls, bare_client, parts, job_id, drops), pace)
+
+    ended = start(client, parts.part_id, 100)
+    finished(client, ended)
+    idle = measure(ended, 1)
     with jobs.under_way(client, parts.part_id) as running:
-        loaded = race(_contenders(client, parts, running, 100), pace)
+        loaded = measure(running, 100)
     rows = [
-        call_row(timings, key, f"{key}, {load}", BARE)
+        _row(timings, key, load)
         for load, timings in (("idle", idle), ("full load", loaded))
         for key in timings.seconds
     ]
@@ -81,161 +89,81 @@ def services(client: Client, parts: Known, pace: Pace) -> Section:
     )
 
 
-def bare_call(calls: Calls) -> Contender:
-    """The service that does nothing."""
-    return calls.query(
-        BARE, CancelDropSimulation, SERVICE, CancelDropSimulation.Request
-    )
-
-
 def _contenders(
-    client: Client, parts: Known, job_id: str, drops: int
+    calls: Calls, bare_client, parts: Known, job_id: str, drops: int
 ) -> list[Contender]:
     """All calls in the order of the table; `drops` are those of a job that is
     started.
     """
-    calls = Calls(client)
     part_id = parts.part_id
-    body = parts.carried
-    fresh = Fresh(parts.carried)
+    _, vertices, triangles = parts.carried
 
-    def again() -> Any:
-        return jobs.carry(
-            jobs.start_request(parts.carried_id, drops),
-            parts.carried_id,
-            body.vertices,
-            body.triangles,
-        )
-
-    def new() -> Any:
-        return jobs.carry(jobs.start_request(NEW, drops), NEW, fresh(), body.triangles)
+    def carried(part_id: str, corners: Any) -> dict[str, Any]:
+        return {"part": flat((corners, triangles), part_id), "drops": drops}
 
     return [
-        bare_call(calls),
-        calls.get("get", job_id),
-        calls.get_statistics("get_statistics", part_id),
-        calls.list("list"),
-        calls.estimate("estimate, known part", part_id),
-        calls.start("start, known part", lambda: jobs.start_request(part_id, drops)),
-        calls.start("start, carried part", again),
-        calls.start("start, carried part, new mesh", new, new_part=True),
+        calls.ask(BARE, SERVICE, client=bare_client),
+        calls.ask("get", "get_drop_simulation", job_id=job_id),
+        calls.ask("get_statistics", "get_statistics", part_id=part_id),
+        calls.ask("list", "list_drop_simulations"),
+        calls.ask("estimate, known part", "estimate", part_id=part_id),
+        calls.start("start, known part", lambda: {"part_id": part_id, "drops": drops}),
+        calls.start("start, carried part", lambda: carried(parts.carried_id, vertices)),
+        calls.start(
+            "start, carried part, new mesh",
+            lambda: carried(NEW, larger(vertices)),
+            part_id=NEW,
+        ),
     ]
 
 
-START = 10.0
-OTHERS = 50.0  # milliseconds
-
-
 class Calls:
-    """Maker of contenders; before each call the effect of the last one is undone,
+    """Maker of contenders; before each call what the last one began is ended,
     untimed.
-
-    Parameters
-    ----------
-    client : Client
     """
 
-    def __init__(self, client: Client) -> None:
+    def __init__(self, client, listener: Listener) -> None:
         self._client = client
-        self._started = self._coming = ""
+        self._listener = listener
+        self._job_id = ""
+        self._part_id = ""
 
-    def query(
-        self, name: str, kind: type, service: str, request: Callable[[], Any]
-    ) -> Contender:
-        """A call that leaves nothing behind."""
-
-        def prepare() -> Any:
-            self._settle()
-            return request()
-
-        return Contender(
-            name, lambda message: self._client.call(kind, service, message), prepare
-        )
-
-    def get(self, name: str, job_id: str) -> Contender:
-        """Ask for the state of a job."""
-        return self.query(
-            name,
-            srv.GetDropSimulation,
-            "get_drop_simulation",
-            lambda: srv.GetDropSimulation.Request(job_id=job_id),
-        )
-
-    def get_statistics(self, name: str, part_id: str) -> Contender:
-        """Ask for the latched result of a part."""
-        return self.query(
-            name,
-            srv.GetStatistics,
-            "get_statistics",
-            lambda: srv.GetStatistics.Request(part_id=part_id),
-        )
-
-    def list(self, name: str) -> Contender:
-        """List all jobs."""
-        return self.query(
-            name,
-            srv.ListDropSimulations,
-            "list_drop_simulations",
-            srv.ListDropSimulations.Request,
-        )
-
-    def estimate(self, name: str, part_id: str) -> Contender:
-        """Estimate a known part."""
-        return self.query(
-            name,
-            srv.EstimatePoses,
-            "estimate",
-            lambda: srv.EstimatePoses.Request(part_id=part_id),
-        )
+    def ask(self, name: str, service: str, client=None, **fields: Any) -> Contender:
+        """A call that leaves nothing behind, of the node or another client's node."""
+        call = (client or self._client).call
+        return Contender(name, lambda _: call(service, **fields), self._settle)
 
     def start(
-        self, name: str, request: Callable[[], Any], new_part: bool = False
+        self, name: str, fields: Callable[[], dict[str, Any]], part_id: str = ""
     ) -> Contender:
-        """Start a job, cancel it later, and wait for the estimate of a new part."""
-        plain = self.query(
-            name, srv.StartDropSimulation, "start_drop_simulation", request
-        )
+        """Start a job; `part_id`: of a new part, whose estimate is waited for later."""
 
-        def prepare() -> Any:
-            message = plain.prepare()
-            if new_part:
-                self._client.forget_latched()
-                self._coming = message.part_id
-            return message
+        def prepare() -> dict[str, Any]:
+            self._settle()
+            self._listener.forget()
+            self._part_id = part_id
+            return {**fields(), "seed": next(jobs.SEEDS)}
 
-        def call(message: Any) -> None:
-            self._started = jobs.accepted(plain.call(message)).job_id
+        def call(values: dict[str, Any]) -> None:
+            answer = self._client.good("start_drop_simulation", **values)
+            self._job_id = answer.job_id
 
         return Contender(name, call, prepare)
 
     def _settle(self) -> None:
-        if self._started:
-            jobs.cancel(self._client, self._started)
-            jobs.wait_for_end(self._client, self._started)
-        if self._coming:
-            self._client.spin_until(
-                lambda: self._client.has_latched(self._coming), "estimate"
-            )
-        self._started = self._coming = ""
+        if self._job_id:
+            jobs.end(self._client, self._job_id)
+        if self._part_id:
+            self._listener.wait(self._part_id)
+        self._job_id = self._part_id = ""
 
 
-def call_row(timings: Timings, key: str, name: str, bare: str) -> Row:
-    """A row of a table of calls, judged by the bound of such a call.
-
-    Parameters
-    ----------
-    timings : Timings
-    key : str
-        The contender.
-    name : str
-        Of the row.
-    bare : str
-        Contender by which the others are divided; not judged itself.
-    """
+def _row(timings: Timings, key: str, load: str) -> Row:
+    """A row of the table, judged by the bound of such a call."""
     seconds = timings.seconds[key]
     bound = START if key.startswith("start") else OTHERS
     return Row(
-        name,
-        {**spread(seconds), "times bare": timings.ratio(key, bare)},
-        () if key == bare else (Target("p99, ms", p99(seconds), bound),),
+        f"{key}, {load}",
+        {**spread(seconds), "times bare": timings.ratio(key, BARE)},
+        () if key == BARE else (Target("p99, ms", p99(seconds), bound),),
     )
