@@ -25,7 +25,6 @@ ATTACKS = (
             ending.simulated_time_stands_still,
             files.a_clock_before_its_time,
             files.pipes_and_bombs_as_plates,
-            files.bombs_of_3mf,
             reading.small_files_that_stand_for_much,
         ),
     ),

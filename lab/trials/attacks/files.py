@@ -1,18 +1,14 @@
-"""Pipes and devices in the place of files, and small files that stand for far too
-much.
-"""
+"""Pipes, devices and bombs of YAML in the place of plates, and times that are none."""
 
 from __future__ import annotations
 
 import os
 import signal
 import time
-import zipfile
 
 from builtin_interfaces.msg import Time
 from rosgraph_msgs.msg import Clock
 
-from ros_pose_stats import PoseStatsError, load_part
 from tests.contract.node.harness.client import until
 
 from ..cell import MEGABYTE, WEDGE, cell_of, domain, flat, new_id, status, tried_node
@@ -61,53 +57,6 @@ def pipes_and_bombs_as_plates(setting: Setting) -> Outcome:
         all_are_refused=refused == len(files),
         soon=not setting.judges_times or longest < SECONDS,
         without_much_memory=grown < 100 * MEGABYTE,
-    )
-
-
-def bombs_of_3mf(setting: Setting) -> Outcome:
-    """3MF files of some kB to 1 MB: expanded text, components of components, a long
-    chain.
-    """
-    mesh = (
-        '<object id="1"><mesh><vertices><vertex x="0" y="0" z="0"/>'
-        '<vertex x="1" y="0" z="0"/><vertex x="0" y="1" z="0"/></vertices>'
-        '<triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh></object>'
-    )
-
-    def above(levels, copies):
-        return mesh + "".join(
-            f'<object id="{k + 2}"><components>'
-            + f'<component objectid="{k + 1}"/>' * copies
-            + "</components></object>"
-            for k in range(levels)
-        )
-
-    bombs = {
-        "text": (mesh + " " * setting.of(2**30, 2**29 + 2**27), 1),
-        "components": (above(20, 1000), 21),
-        "chain": (above(3000, 1), 3001),
-    }
-    longest = 0.0
-    refused = 0
-    for name, (objects, built) in bombs.items():
-        path = setting.folder / f"{name}.3mf"
-        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr(
-                "3D/3dmodel.model",
-                f"<model><resources>{objects}</resources><build>"
-                f'<item objectid="{built}"/></build></model>',
-            )
-        begin = time.monotonic()
-        try:
-            load_part(path)
-        except PoseStatsError as refusal:
-            refused += "at most" in str(refusal)
-        longest = max(longest, time.monotonic() - begin)
-    return judged(
-        len(bombs),
-        f"{refused} refused, within {longest:.1f} s",
-        all_are_refused=refused == len(bombs),
-        soon=not setting.judges_times or longest < 2 * SECONDS,
     )
 
 
