@@ -191,7 +191,7 @@ def accuracy_page(
             TABLES,
             *(f"{table_text(results)}\n" for results in tables),
             PRISMS,
-            f"```text\n{prisms_text(bars)}\n```",
+            prisms_text(bars),
             "",
         ]
     )

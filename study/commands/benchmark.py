@@ -7,204 +7,179 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ros_pose_stats.base.errors import RequestError
+from ros_pose_stats.base.files import refuse_unwritable
 from ros_pose_stats.tools.commands.terminal.arguments import read_count
 from ros_pose_stats.tools.commands.terminal.running import (
-    INTERRUPTED,
     ProgressBar,
     announce_slow_start,
     end_on_interrupt,
-    stop_on_interrupt,
+    output_file,
 )
 
-from .dataset import add_shift_options
+from .dataset import shift_options
 
 if TYPE_CHECKING:
     from ..dataset import Dataset
 
 
+Options = dict[str, dict[str, Any]]
+"""What `add_argument` takes, by the words of the option."""
+
+JSON: Options = {"--json": {"action": "store_true", "help": "print JSON"}}
+QUICK: Options = {
+    "--quick": {
+        "action": "store_true",
+        "help": "measure fewer bodies, values and drops",
+    }
+}
+DATASET: dict[str, Any] = {
+    "metavar": "FILE",
+    "help": "made by `dataset`, instead of a shift (default: what comes with the "
+    "package)",
+}
+FOLDER: dict[str, Any] = {
+    "metavar": "DIR",
+    "help": "directory into which the page, its numbers and its figures are written",
+}
+FIGURE_ENDINGS = (".png", ".svg")
+FIGURE_ENDINGS = (".png", ".svg")
+
+
+def _count(default: int, meaning: str) -> dict[str, Any]:
+    """A whole number from 0 up."""
+    return {
+        "type": read_count,
+        "default": default,
+        "metavar": "N",
+        "help": f"{meaning} (default: %(default)s)",
+    }
+
+
+class Kind(NamedTuple):
+    """A kind of study as a command."""
+
+    name: str
+    run: Callable[[argparse.Namespace], int]
+    summary: str
+    description: str
+    example: str
+    options: Options
+
+
+def kinds_of_study() -> tuple[Kind, ...]:
+    """All kinds but `dataset`, in the order of the help."""
+    return (
+        Kind(
+            "table",
+            run_table,
+            "Table I beside the paper's figures, from datasets",
+            "Compare every estimator with datasets, as Table I of the paper does, and "
+            "show the paper's figures beside: errors by restitution, noise, "
+            "sensitivity, and the largest deviations, dropped again.",
+            "--dataset small.npz",
+            {
+                **shift_options(None),
+                "--dataset": {**DATASET, "nargs": "+"},
+                "--no-rerun": {
+                    "action": "store_true",
+                    "help": "do not drop the largest deviations again",
+                },
+                **JSON,
+            },
+        ),
+        Kind(
+            "prisms",
+            run_prisms,
+            "Fig. 5: square prisms and Budden's dice",
+            "Drop square prisms of many proportions, as in Fig. 5 of the paper, and "
+            "the dice that Budden rolled, and show the answer of every estimator "
+            "beside.",
+            "--drops 200 --dice-drops 400 -o prisms.png",
+            {
+                "--drops": _count(1000, "drops of each prism at each restitution"),
+                "--dice-drops": _count(2000, "drops of each die at each restitution"),
+                "--seed": _count(1, "seed of the drops"),
+                "-o --output": {
+                    "metavar": "FILE",
+                    "help": "draw them to a .png or .svg file",
+                },
+                **JSON,
+            },
+        ),
+        Kind(
+            "chart",
+            run_chart,
+            "speed against accuracy, for four kinds of part",
+            "Measure time and error of every method for random polyhedra of three "
+            "sizes and for machined and turned parts, and draw one against the other. "
+            "A shift or a dataset chooses the bodies of the paper's size.",
+            "--quick -o speed_accuracy.png",
+            {
+                **shift_options(0.0),
+                "--dataset": {**DATASET, "nargs": 1},
+                **QUICK,
+                "-o --output": {
+                    "default": "speed_accuracy.png",
+                    "metavar": "FILE",
+                    "help": "draw it to a .png or .svg file, and write its numbers to "
+                    "a .json file beside it (default: %(default)s)",
+                },
+                **JSON,
+            },
+        ),
+        Kind(
+            "stability",
+            run_stability,
+            "every method along walks through each known trouble",
+            "Follow every method along walks through each known trouble: jumps, "
+            "slopes, and the distance from simulation.",
+            "--quick -o stability",
+            {"-o --output": FOLDER, **QUICK, **JSON},
+        ),
+        Kind(
+            "plates",
+            run_plates,
+            "fitted plates, judged by other parts",
+            "Fit restitution and drop height to five of Budden's dice, and to five "
+            "parts on plates simulated with friction, and predict the others.",
+            "--splits 4",
+            {
+                "--splits": _count(20, "random choices of the five"),
+                "--seed": _count(1, "seed of the choices"),
+                "-o --output": FOLDER,
+                **JSON,
+            },
+        ),
+        Kind(
+            "figures",
+            run_figures,
+            "table, prisms and chart, into a folder of documents",
+            "Measure table, prisms and chart, and write them into a folder of "
+            "documents.",
+            "--quick -o measured",
+            {
+                "-o --output": {**FOLDER, "default": "docs"},
+                **QUICK,
+            },
+        ),
+    )
+
+
 def register(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add a command for each kind of study."""
-    table = _add_kind(
-        kinds,
-        "table",
-        run_table,
-        "Table I beside the paper's figures, from datasets",
-        "Compare every estimator with datasets, as Table I of the paper does, and show "
-        "the paper's figures beside: errors by restitution, noise, sensitivity, "
-        "and the largest deviations, dropped again.",
-        "table --dataset small.npz",
-    )
-    _add_dataset_options(table, None)
-    table.add_argument(
-        "--no-rerun",
-        action="store_true",
-        help="do not drop the largest deviations again",
-    )
-    prisms = _add_kind(
-        kinds,
-        "prisms",
-        run_prisms,
-        "Fig. 5: square prisms and Budden's dice",
-        "Drop square prisms of many proportions, as in Fig. 5 of the paper, and the "
-        "dice that Budden rolled, and show the answer of every estimator beside.",
-        "prisms --drops 200 --dice-drops 400 -o prisms.png",
-    )
-    prisms.add_argument(
-        "--drops",
-        type=read_count,
-        default=1000,
-        metavar="N",
-        help="number of drops of each prism at each restitution (default: %(default)s)",
-    )
-    prisms.add_argument(
-        "--dice-drops",
-        type=read_count,
-        default=2000,
-        metavar="N",
-        help="number of drops of each die at each restitution (default: %(default)s)",
-    )
-    prisms.add_argument(
-        "--seed",
-        type=read_count,
-        default=1,
-        metavar="S",
-        help="seed of the drops (default: %(default)s)",
-    )
-    prisms.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="draw them to a .png or .svg file (default ending: .png)",
-    )
-    chart = _add_kind(
-        kinds,
-        "chart",
-        run_chart,
-        "speed against accuracy, for four kinds of part",
-        "Measure time and error of every method for random polyhedra of three sizes "
-        "and for machined and turned parts, and draw one "
-        "against the other. A shift or a dataset chooses the bodies of the paper's "
-        "size.",
-        "chart --quick -o speed_accuracy.png",
-    )
-    _add_dataset_options(chart, 0.0)
-    chart.add_argument(
-        "--quick",
-        action="store_true",
-        help="measure fewer bodies and drops, and two sizes of polyhedra",
-    )
-    chart.add_argument(
-        "-o",
-        "--output",
-        default="speed_accuracy",
-        metavar="FILE",
-        help="draw it to a .png or .svg file (default ending: .png), and write its "
-        "numbers to a .json file beside it (default: %(default)s)",
-    )
-    stability = _add_kind(
-        kinds,
-        "stability",
-        run_stability,
-        "every method along walks through each known trouble",
-        "Follow every method along walks through each known trouble: jumps, slopes, "
-        "and the distance from simulation.",
-        "stability --quick -o stability",
-    )
-    stability.add_argument(
-        "-o",
-        "--output",
-        metavar="DIR",
-        help="directory into which measured/stability.md, its numbers and "
-        "its figures are written",
-    )
-    stability.add_argument(
-        "--quick", action="store_true", help="measure fewer values and drops"
-    )
-    plates = _add_kind(
-        kinds,
-        "plates",
-        run_plates,
-        "fitted plates, judged by other parts",
-        "Fit restitution and drop height to five of Budden's dice, and to five parts "
-        "on plates simulated with friction, and predict the others.",
-        "plates --splits 4",
-    )
-    plates.add_argument(
-        "--splits",
-        type=read_count,
-        default=20,
-        metavar="N",
-        help="random choices of the five (default: %(default)s)",
-    )
-    plates.add_argument(
-        "--seed",
-        type=read_count,
-        default=1,
-        metavar="S",
-        help="seed of the choices (default: %(default)s)",
-    )
-    plates.add_argument(
-        "-o",
-        "--output",
-        metavar="DIR",
-        help="directory into which measured/plates.md and its numbers are written",
-    )
-    figures = _add_kind(
-        kinds,
-        "figures",
-        run_figures,
-        "table, prisms and chart, into a folder of documents",
-        "Measure table, prisms and chart, and write them into a folder of documents.",
-        "figures --quick -o measured",
-    )
-    figures.add_argument(
-        "-o",
-        "--output",
-        default="docs",
-        metavar="DIR",
-        help="directory into which measured/accuracy.md, its numbers and its "
-        "figures are written (default: %(default)s)",
-    )
-    figures.add_argument(
-        "--quick", action="store_true", help="measure fewer bodies and drops"
-    )
-
-
-def _add_kind(
-    kinds: argparse._SubParsersAction[argparse.ArgumentParser],
-    name: str,
-    run: Callable[[argparse.Namespace], int],
-    summary: str,
-    description: str,
-    example: str,
-) -> argparse.ArgumentParser:
-    parser = kinds.add_parser(
-        name,
-        help=summary,
-        description=description,
-        examples=(f"python -m study {example}",),
-    )
-    if name != "figures":
-        parser.add_argument("--json", action="store_true", help="print JSON")
-    parser.set_defaults(run=run)
-    return parser
-
-
-def _add_dataset_options(command: argparse.ArgumentParser, shift: float | None) -> None:
-    add_shift_options(command, shift)
-    command.add_argument(
-        "--dataset",
-        nargs="+" if shift is None else None,
-        metavar="FILE",
-        help="made by `dataset`, instead of a shift (default: what comes with "
-        "the package)",
-    )
-
-
-FIGURE_ENDINGS = (".png", ".svg")
+    for kind in kinds_of_study():
+        parser = kinds.add_parser(
+            kind.name,
+            help=kind.summary,
+            description=kind.description,
+            examples=(f"python -m study {kind.name} {kind.example}",),
+            run=kind.run,
+        )
+        for words, settings in kind.options.items():
+            parser.add_argument(*words.split(), **settings)
 
 
 def run_table(options: argparse.Namespace) -> int:
@@ -234,10 +209,11 @@ def run_table(options: argparse.Namespace) -> int:
 def run_prisms(options: argparse.Namespace) -> int:
     """Square prisms by every estimator and by simulation."""
     with announce_slow_start(), end_on_interrupt():
+        from ..accuracy_documents import write_prisms
         from ..prisms import prisms, prisms_text
 
-        file = _figure(options.output) if options.output is not None else None
-    with stop_on_interrupt() as interrupted, ProgressBar() as bar:
+        file = output_file(options.output, FIGURE_ENDINGS) if options.output else None
+    with end_on_interrupt(), ProgressBar() as bar:
         results = prisms(
             options.drops,
             options.dice_drops,
@@ -245,15 +221,11 @@ def run_prisms(options: argparse.Namespace) -> int:
             on_progress=lambda dropped, total: bar.draw(
                 dropped / total, f"{dropped} of {total} drops"
             ),
-            should_stop=interrupted,
         )
     if file is not None:
-        from ..accuracy_documents import write_prisms
-
         _say_files(write_prisms(results, file))
-    stopped = {"interrupted": True} if results.stopped else {}
-    _print(options, {**results.as_dict(), **stopped}, prisms_text(results))
-    return INTERRUPTED if results.stopped else 0
+    _print(options, results.as_dict(), prisms_text(results))
+    return 0
 
 
 def run_chart(options: argparse.Namespace) -> int:
@@ -262,7 +234,7 @@ def run_chart(options: argparse.Namespace) -> int:
         from ..accuracy_documents import write_chart
         from ..chart import PLANS, QUICK, chart, chart_text
 
-        file = _figure(options.output)
+        file = output_file(options.output, FIGURE_ENDINGS)
         dataset = _datasets(options)[0]
     with end_on_interrupt():
         results = chart(dataset, QUICK if options.quick else PLANS, on_progress=_say)
@@ -276,7 +248,7 @@ def run_figures(options: argparse.Namespace) -> int:
     with announce_slow_start(), end_on_interrupt():
         from ..accuracy_documents import measure_documents, write_documents
 
-        folder = _writable(Path(options.output))
+        folder = _folder(options.output)
     with end_on_interrupt():
         documents = measure_documents(quick=options.quick, say=_say)
     _say_files(write_documents(documents, folder))
@@ -290,7 +262,7 @@ def run_plates(options: argparse.Namespace) -> int:
 
         from ..plates import plates, plates_text, write_plates
 
-        folder = _writable(Path(options.output)) if options.output is not None else None
+        folder = _folder(options.output) if options.output else None
     with end_on_interrupt():
         results = plates(options.splits, options.seed, say=_say)
     if folder is not None:
@@ -304,7 +276,7 @@ def run_stability(options: argparse.Namespace) -> int:
     with announce_slow_start(), end_on_interrupt():
         from ..stability import as_dict, stability, stability_text, write_stability
 
-        folder = _writable(Path(options.output)) if options.output is not None else None
+        folder = _folder(options.output) if options.output else None
     with end_on_interrupt():
         results = stability(quick=options.quick, on_progress=_say)
     if folder is not None:
@@ -314,13 +286,11 @@ def run_stability(options: argparse.Namespace) -> int:
 
 
 def _datasets(options: argparse.Namespace) -> list[Dataset]:
+    """Those that are named; else the reference dataset of a shift, or all."""
     from ..dataset import read_dataset, shipped_dataset, shipped_datasets
 
     if options.dataset:
-        files = (
-            [options.dataset] if isinstance(options.dataset, str) else options.dataset
-        )
-        return [read_dataset(file) for file in files]
+        return [read_dataset(file) for file in options.dataset]
     if options.shift is not None:
         return [shipped_dataset(options.shift, options.shift_moment)]
     if options.shift_moment != "inertia":
@@ -332,25 +302,11 @@ def _datasets(options: argparse.Namespace) -> list[Dataset]:
     return shipped_datasets()
 
 
-def _writable(folder: Path) -> Path:
+def _folder(name: str) -> Path:
     """A folder, refused if nothing can be written there."""
-    from ros_pose_stats.base.files import refuse_unwritable
-
+    folder = Path(name)
     refuse_unwritable(folder)
     return folder
-
-
-def _figure(output: str) -> Path:
-    """Path of a figure; refused if nothing can be written there."""
-    path = Path(output)
-    if path.name in ("", "..") or output.endswith("/"):
-        raise RequestError(
-            "the path of a .png or .svg file",
-            f"{output!r}",
-            "for instance -o figures/chart.png",
-        )
-    _writable(path.parent)
-    return path if path.suffix in FIGURE_ENDINGS else path.with_name(f"{path.name}.png")
 
 
 def _bodies(
@@ -368,8 +324,7 @@ def _bodies(
 
 def _print(options: argparse.Namespace, plain: Any, text: str) -> None:
     if options.json:
-        json.dump(plain, sys.stdout, allow_nan=False)
-        print()
+        print(json.dumps(plain, allow_nan=False))
     else:
         print(text)
 

@@ -6,7 +6,7 @@ import argparse
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ros_pose_stats.tools.commands.terminal.arguments import read_count
 from ros_pose_stats.tools.commands.terminal.running import (
@@ -67,7 +67,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         default=list(PAPER_RESTITUTIONS),
         help="coefficients of restitution (default: 0.2 0.5 0.8)",
     )
-    add_shift_options(command, 0.0)
+    for word, settings in shift_options(0.0).items():
+        command.add_argument(word, **settings)
     command.add_argument(
         "--seed",
         type=read_count,
@@ -210,22 +211,24 @@ def _report(file: Path, seconds: float, as_json: bool) -> None:
 SHIFT_MOMENTS = ("inertia", "second")
 
 
-def add_shift_options(command: argparse.ArgumentParser, shift: float | None) -> None:
-    """Add the shift of the centre of mass; None as the default stands for all."""
+def shift_options(shift: float | None) -> dict[str, dict[str, Any]]:
+    """Options of the shift of the centre of mass; None as the default: all there
+    are.
+    """
     default_text = "%(default)s" if shift is not None else "all that are there"
-    command.add_argument(
-        "--shift",
-        type=float,
-        default=shift,
-        metavar="S",
-        help="scale of the shift of the centre of mass; 0 leaves it at the "
-        f"centroid, 1 is as the paper prints it (default: {default_text})",
-    )
-    command.add_argument(
-        "--shift-moment",
-        choices=SHIFT_MOMENTS,
-        default=SHIFT_MOMENTS[0],
-        help="the shift is measured in roots of the principal moments of "
-        "inertia over the mass, as printed, or of the second moments "
-        "(default: %(default)s)",
-    )
+    return {
+        "--shift": {
+            "type": float,
+            "default": shift,
+            "metavar": "S",
+            "help": "scale of the shift of the centre of mass; 0 leaves it at the "
+            f"centroid, 1 is as the paper prints it (default: {default_text})",
+        },
+        "--shift-moment": {
+            "choices": SHIFT_MOMENTS,
+            "default": SHIFT_MOMENTS[0],
+            "help": "the shift is measured in roots of the principal moments of "
+            "inertia over the mass, as printed, or of the second moments "
+            "(default: %(default)s)",
+        },
+    }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lab.bodies.dice import SOURCE
-from lab.frame.documents import plain
+from lab.frame.documents import markdown_table, plain, points
 from ros_pose_stats.core.estimators import ESTIMATORS
 from ros_pose_stats.core.records.scene import describe_scene
 
@@ -91,7 +91,7 @@ class PrismResults:
     dice_simulated : dict of float to tuple of SidesPoint
         The simulation at the ratios of the dice.
     misfits : tuple of Misfit
-        Best first. A restitution at which not all dice were simulated is left out.
+        Best first.
     sampling_noise : float
         Root mean square binomial error of the dice, below which no method can be told
         apart.
@@ -99,8 +99,6 @@ class PrismResults:
         As requested.
     release_radii : float
         Height of the centre of mass at release, in radii of the prism.
-    stopped : bool
-        Whether simulations are missing because the run was stopped.
     seconds : float
         Time of the run.
     """
@@ -117,7 +115,6 @@ class PrismResults:
     dice_drops: int
     seed: int
     release_radii: float
-    stopped: bool
     seconds: float
 
     @property
@@ -139,12 +136,12 @@ class PrismResults:
 
 
 def _by_restitution(
-    points: dict[float, tuple[SidesPoint, ...]],
+    simulated: dict[float, tuple[SidesPoint, ...]],
 ) -> list[dict[str, Any]]:
     """A list, since the keys of a JSON object are no numbers."""
     return [
         {"restitution": restitution, "points": plain(series)}
-        for restitution, series in points.items()
+        for restitution, series in simulated.items()
     ]
 
 
@@ -153,94 +150,46 @@ SHOWN = ("combined", "eae")
 
 
 def prisms_text(results: PrismResults) -> str:
-    """Tables of how far each method is from the dice, and of the dice themselves.
-
-    Parameters
-    ----------
-    results : PrismResults
-
-    Returns
-    -------
-    str
-        Lines of at most 100 characters, without an end of line at the end.
-    """
-    lines = [
-        *_heading(results),
-        "",
-        *_misfits(results),
-        "",
-        *_dice(results),
-        "",
-        f"computed in {results.seconds:.1f} s",
+    """Tables of how far each method is from the dice, and of the dice themselves."""
+    misfits = [
+        (misfit.title, points(misfit.rms, 2), points(misfit.standard_error, 2))
+        for misfit in results.misfits
     ]
-    if results.stopped:
-        lines.insert(-1, "stopped before its end: simulations are missing")
-    return "\n".join(lines)
-
-
-def _heading(results: PrismResults) -> list[str]:
-    return [
-        f"Square prisms, {results.scene}",
-        "probability of the four sides together (section 5.B, Fig. 5)",
-        "",
-        f"dice: {SOURCE}",
-        f"simulation: {results.dice_drops} drops for each die and restitution, seed "
-        f"{results.seed}",
-    ]
-
-
-def _misfits(results: PrismResults) -> list[str]:
-    lines = [
-        f"{'distance from the 15 dice':<30} {'rms':>8} {'standard error':>16}",
-        f"{'':<30} {'points':>8} {'points':>16}",
-    ]
-    lines += [_row(misfit) for misfit in results.misfits]
-    lines.append(
-        f"{'sampling noise of the dice':<30} {_points(results.sampling_noise):>8}"
+    misfits.append(
+        ("sampling noise of the dice", points(results.sampling_noise, 2), "")
     )
-    return lines
-
-
-def _row(misfit: Misfit) -> str:
-    error = _points(misfit.standard_error)
-    return f"{misfit.title:<30} {_points(misfit.rms):>8} {error:>16}"
-
-
-def _dice(results: PrismResults) -> list[str]:
-    simulated = list(results.dice_simulated)
-    estimators = [ESTIMATORS[name].title for name in SHOWN]
-    spanning = "simulated at restitution".center(10 * len(simulated))
-    lines = [
-        f"{'':>12} {'':>6} {'':>9} {'':>15}  {spanning}",
-        f"{'length/width':>12} {'rolls':>6} {'measured':>9} {'95 % interval':>15}  "
-        + "".join(
-            f"{title:>10}" for title in (*map("{:g}".format, simulated), *estimators)
-        ),
-        f"{'':>12} {'':>6} {'%':>9} {'%':>15}  "
-        + "".join(f"{'%':>10}" for _ in (*simulated, *SHOWN)),
-    ]
-    for row, die in enumerate(results.dice):
-        values = [
-            _share_at(results.dice_simulated[restitution], row)
-            for restitution in simulated
+    simulated = [f"ρ = {restitution:g}" for restitution in results.dice_simulated]
+    shown = [ESTIMATORS[name].title for name in SHOWN]
+    return "\n\n".join(
+        [
+            f"Square prisms, {results.scene}: probability of the four sides together "
+            f"in percent (section 5.B, Fig. 5). Dice: {SOURCE}. Simulation: {results.dice_drops} "
+            f"drops for each die and restitution, seed {results.seed}.",
+            markdown_table(
+                ("distance from the 15 dice, points", "rms", "standard error"), misfits
+            ),
+            markdown_table(
+                ("length/width", "rolls", "measured", "95 %", *simulated, *shown),
+                _dice_rows(results),
+            ),
         ]
-        values += [_points(float(results.dice_estimated[name][row])) for name in SHOWN]
-        interval = f"{_points(die.low)} - {_points(die.high)}"
-        lines.append(
-            f"{die.ratio:>12.2f} {die.trials:>6} {_points(die.probability):>9} "
-            f"{interval:>15}  " + "".join(f"{value:>10}" for value in values)
+    )
+
+
+def _dice_rows(results: PrismResults) -> Iterator[Sequence[str]]:
+    """A row a die: what was rolled, simulated and estimated."""
+    for row, die in enumerate(results.dice):
+        shares = [
+            *(series[row].probability for series in results.dice_simulated.values()),
+            *(float(results.dice_estimated[name][row]) for name in SHOWN),
+        ]
+        yield (
+            f"{die.ratio:.2f}",
+            f"{die.trials}",
+            points(die.probability, 2),
+            f"{points(die.low, 2)} to {points(die.high, 2)}",
+            *(points(share, 2) for share in shares),
         )
-    return [line.rstrip() for line in lines]
-
-
-def _share_at(points: Sequence[SidesPoint], row: int) -> str:
-    """A share in percent; a dash where the run was stopped before."""
-    return _points(points[row].probability) if row < len(points) else "-"
-
-
-def _points(fraction: float) -> str:
-    """A fraction in percent or points."""
-    return f"{100.0 * fraction:.2f}"
 
 
 EXISTING = ("area", "csae", "adre", "qse", "pqse")
@@ -263,8 +212,8 @@ def draw_prisms(results: PrismResults) -> Figure:
 
     new = [name for name in results.estimated if name not in EXISTING]
     simulated = [
-        (f"simulation, restitution {restitution:g}", _rows(points))
-        for restitution, points in results.simulated.items()
+        (f"simulation, restitution {restitution:g}", _rows(series))
+        for restitution, series in results.simulated.items()
     ]
     return prisms_figure(
         results.ratios,
@@ -285,5 +234,5 @@ def _curves(results: PrismResults, names: Sequence[str]) -> list[tuple[str, Arra
     return [(ESTIMATORS[name].title, results.estimated[name]) for name in names]
 
 
-def _rows(points: tuple[SidesPoint, ...]) -> Array:
-    return np.array([point[:4] for point in points]).reshape(-1, 4)
+def _rows(series: tuple[SidesPoint, ...]) -> Array:
+    return np.array([point[:4] for point in series]).reshape(-1, 4)

@@ -43,9 +43,7 @@ def prisms(
     dice_drops: int = DICE_DROPS,
     seed: int = DEFAULT_SEED,
     *,
-    workers: int | None = None,
-    on_progress: Callable[[int, int], object] | None = None,
-    should_stop: Callable[[], bool] | None = None,
+    on_progress: Callable[[int, int], object] = lambda *_: None,
 ) -> PrismResults:
     """Compare estimators, simulation and rolled dice on square prisms (section 5.B,
     Fig. 5).
@@ -61,14 +59,9 @@ def prisms(
     dice_drops : int
         For each of the 15 dice and each restitution, at least 1.
     seed : int
-        0 to 2^64 - 1. The same seed gives the same numbers, whatever the workers.
-    workers : int, optional
-        Threads; default: all cores.
+        0 to 2^64 - 1. The same seed gives the same numbers.
     on_progress : callable, optional
         Called with the drops done and the drops in all, after each simulation.
-    should_stop : callable, optional
-        Asked before each simulation and some twenty times a second during it; True ends
-        the run with the simulations that were finished, and all estimators.
 
     Returns
     -------
@@ -77,18 +70,18 @@ def prisms(
     Raises
     ------
     RequestError
-        If a number of drops, the seed or the workers are out of their range.
+        If a number of drops or the seed are out of their range.
     """
     begin = time.perf_counter()
     for number in (drops, dice_drops):
-        drop_request(number, seed, 0.0, workers, None)
+        drop_request(number, seed, 0.0, None, None)
     curve = np.array(_spread(CURVE_RATIOS))
     of_dice = [die.ratio for die in DICE]
     planned = [
         *_plan(_spread(DROPPED_RATIOS), drops, seed, OF_CURVE),
         *_plan(of_dice, dice_drops, seed, OF_DICE),
     ]
-    finished = _run(planned, workers, on_progress, should_stop)
+    finished = _run(planned, on_progress)
     dice_estimated = estimated_sides(of_dice)
     dice_simulated = _gathered(finished, OF_DICE)
     return PrismResults(
@@ -104,7 +97,6 @@ def prisms(
         dice_drops=dice_drops,
         seed=seed,
         release_radii=DEFAULT_DROP_RADII,
-        stopped=len(finished) < len(planned),
         seconds=time.perf_counter() - begin,
     )
 
@@ -139,33 +131,21 @@ def _seed(seed: int, *words: int) -> int:
 
 
 def _run(
-    planned: Sequence[_Drops],
-    workers: int | None,
-    on_progress: Callable[[int, int], object] | None,
-    should_stop: Callable[[], bool] | None,
+    planned: Sequence[_Drops], on_progress: Callable[[int, int], object]
 ) -> list[tuple[_Drops, SidesPoint]]:
     finished: list[tuple[_Drops, SidesPoint]] = []
     count = 0
     total = sum(planned_run.drops for planned_run in planned)
     for planned_run in planned:
-        if (
-            should_stop is not None and should_stop()
-        ):  # a short simulation may end unasked
-            break
         point = dropped_sides(
             planned_run.ratio,
             planned_run.restitution,
             planned_run.drops,
             planned_run.seed,
-            workers,
-            should_stop,
         )
-        if point is None:
-            break
         finished.append((planned_run, point))
         count += planned_run.drops
-        if on_progress is not None:
-            on_progress(count, total)
+        on_progress(count, total)
     return finished
 
 
@@ -195,8 +175,6 @@ def _misfits(
         for name, sides in estimated.items()
     ]
     for restitution, points in simulated.items():
-        if len(points) < len(DICE):
-            continue
         sides = [point.probability for point in points]
         error = standard_error(
             sides, [point.trials for point in points], seed=error_seed
@@ -243,32 +221,20 @@ def estimated_sides(ratios: ArrayLike) -> dict[str, Array]:
 
 
 def dropped_sides(
-    ratio: float,
-    restitution: float,
-    drops: int,
-    seed: int,
-    workers: int | None = None,
-    should_stop: Callable[[], bool] | None = None,
-) -> SidesPoint | None:
-    """Share of drops from 20 radii that come to rest on a side; None if stopped before
-    the end.
-
-    The parameters are those of `simulate`. Drops that did not settle are left out of
-    the share.
+    ratio: float, restitution: float, drops: int, seed: int
+) -> SidesPoint:
+    """Share of drops from 20 radii that come to rest on a side; those that did not
+    settle are left out.
     """
     statistics = simulate(
         square_prism(ratio),
         drops,
         restitution,
         seed,
-        workers=workers,
-        should_stop=should_stop,
         cluster_tolerance=0.0,
         round_sides=0,
     )
     settled = statistics.drops - statistics.unsettled
-    if statistics.drops < drops or not settled:
-        return None
     return counted(
         ratio,
         settled - sum(pose.count for pose in on_squares(statistics.poses)),

@@ -138,5 +138,5 @@ def test_a_place_that_cannot_be_written_is_refused_before_anything_is_measured(
     kind, tmp_path
 ):
     (tmp_path / "file").write_text("")
-    line = refused(kind, "-o", tmp_path / "file" / "deep" / "name")
+    line = refused(kind, "-o", tmp_path / "file" / "deep" / "name.png")
     assert "name another one" in line

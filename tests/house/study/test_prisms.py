@@ -96,7 +96,7 @@ def test_drops_are_as_far_from_the_dice_as_is_known(results):
 def test_the_best_come_first():
     lines = study("prisms", "--drops", 5, "--dice-drops", 5).splitlines()
     places = [
-        next(k for k, line in enumerate(lines) if line.startswith(f"{title} "))
+        next(k for k, line in enumerate(lines) if line.startswith(f"| {title} "))
         for title in ("PQSE", "EAE", "NQSE", "combined", "MEAE", "area")
     ]
     assert places == sorted(places)
