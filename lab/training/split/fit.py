@@ -25,7 +25,7 @@ from ..network_fit import (
     undo_scaling,
 )
 from .counting import HIGHEST_DROP, HIGHEST_RESTITUTION, LOWEST_DROP
-from .gradient import tree_loss
+from .gradient import loss_gradient
 from .samples import FIT_SEED, Sample
 from .table import Table, make_table
 
@@ -101,7 +101,7 @@ def fit_networks(
         for first in range(0, order.shape[0], BATCH)
     ]
     coefficients = descend(
-        lambda batch, values: loss_slopes(values, batches[batch], units, ridge)[1],
+        lambda batch, values: batch_gradient(values, batches[batch], units, ridge),
         begin,
         len(batches),
         epochs,
@@ -142,10 +142,10 @@ def _batch(table: Table, mean: Single, scale: Single) -> Batch:
     return Batch(table, (table.inputs - mean) / scale, bases)
 
 
-def loss_slopes(
+def batch_gradient(
     values: Array, batch: Batch, units: tuple[int, int], ridge: float
-) -> tuple[float, Array]:
-    """Mean loss of a batch with the ridge, and its gradient by the coefficients of both
+) -> Array:
+    """Gradient of the mean loss of a batch with the ridge, by the coefficients of both
     networks.
 
     The networks are computed in single precision.
@@ -167,7 +167,7 @@ def loss_slopes(
         ]
     )
     whole = np.logaddexp(*logarithms)
-    loss, slopes, _ = _loss(batch.table, whole.astype(float), gradient=True)
+    slopes = loss_gradient(whole.astype(float), batch.table, SQUARE)
     slopes_single = slopes.astype(np.float32) * np.exp(logarithms - whole)
     slope = np.concatenate(
         [
@@ -177,22 +177,4 @@ def loss_slopes(
             )
         ]
     )
-    return loss + ridge * float(values @ values), slope + 2.0 * ridge * values
-
-
-def _loss(
-    table: Table, logarithms: Array, gradient: bool
-) -> tuple[float, Array, Array]:
-    return tree_loss(
-        logarithms,
-        table.first_split,
-        table.splits,
-        table.first_pose,
-        table.poses,
-        table.children,
-        table.leaf_pose,
-        table.kept,
-        table.share,
-        SQUARE,
-        gradient,
-    )
+    return slope + 2.0 * ridge * values
