@@ -5,13 +5,11 @@ fit.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lab.bodies.families import family_part, family_poses
 from ros_pose_stats.core.estimators import ESTIMATORS
 from ros_pose_stats.core.estimators.fitted import (
     error_inputs,
@@ -22,7 +20,7 @@ from ros_pose_stats.core.records import DropScene
 from ros_pose_stats.core.resting.poses import RestingPoses
 
 from ..split.samples import Sample
-from ..split.table import is_usable
+from ..split.table import scenes_of
 
 Array = NDArray[np.float64]
 
@@ -90,32 +88,21 @@ def answered(
     samples: Sequence[Sample], methods: Collection[str] = tuple(ESTIMATORS)
 ) -> Iterator[tuple[Sample, RestingPoses, DropScene, dict[str, Array]]]:
     """Samples with poses, scene and the answers (P,) of methods."""
-    entries = {name: ESTIMATORS[name] for name in methods}
-    for key, scenes in groupby(samples, lambda row: row[:3]):
-        resting = family_poses(key[0], family_part(*key))
-        blind = {
-            name: entry.function(resting, DropScene())
-            for name, entry in entries.items()
-            if not entry.knows_scene
-        }
-        for row in scenes:
-            if is_usable(row):
-                scene = DropScene(
-                    row.restitution,
-                    row.height * resting.body.radius,
-                    resting.clusters.tolerance,
-                )
-                yield (
-                    row,
-                    resting,
-                    scene,
-                    {
-                        name: blind[name]
-                        if name in blind
-                        else entry.function(resting, scene)
-                        for name, entry in entries.items()
-                    },
-                )
+    blind: dict[str, Array] = {}
+    of_body = None
+    for row, resting, scene in scenes_of(samples):
+        if resting is not of_body:
+            blind = {}
+            of_body = resting
+        answers = {}
+        for name in methods:
+            entry = ESTIMATORS[name]
+            answers[name] = (
+                blind[name] if name in blind else entry.function(resting, scene)
+            )
+            if not entry.knows_scene:
+                blind[name] = answers[name]
+        yield row, resting, scene, answers
 
 
 def counted(row: Sample) -> tuple[Array, float]:

@@ -193,9 +193,7 @@ def drop_body(family: str, seed: int, number: int) -> list[Sample]:
             cluster_tolerance=tolerance,
             round_sides=sides,
         )
-        count = np.zeros(len(counted.poses), dtype=np.int64)
-        for pose in counted.poses:
-            count[pose.index] = pose.count
+        count = np.array([pose.count for pose in counted.by_index.values()])
         samples.append(
             Sample(family, seed, number, restitution, height, counted.unsettled, count)
         )

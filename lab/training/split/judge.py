@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lab.bodies.families import family_options, family_part, family_poses
 from ros_pose_stats.core.estimators.fitted import SplitFit
 from ros_pose_stats.core.estimators.split import split
-from ros_pose_stats.core.records import DropScene
 
 from .samples import JUDGE_SEED, Sample
-from .table import is_usable
+from .table import scenes_of
 
 Array = NDArray[np.float64]
 
@@ -29,24 +26,18 @@ def errors_by_family(
     """
     squares: dict[str, Array] = {}
     poses: dict[str, int] = {}
-    judging = (row for row in samples if row.seed == JUDGE_SEED and is_usable(row))
-    for (family, seed, number), scenes in groupby(judging, lambda row: row[:3]):
-        tolerance, sides = family_options(family)
-        resting = family_poses(family, family_part(family, seed, number))
-        for row in scenes:
-            scene = DropScene(
-                row.restitution, row.height * resting.body.radius, tolerance, sides
-            )
-            settled = int(row.count.sum())
-            share = row.count / settled
-            noise = float((share * (1.0 - share)).sum()) / (settled - 1)
-            away = [split(resting, scene, fits) - share for fits in all_fits]
-            squares[family] = (
-                squares.get(family, np.zeros(len(all_fits)))
-                + np.square(away).sum(axis=1)
-                - noise
-            )
-            poses[family] = poses.get(family, 0) + share.size
+    judging = (row for row in samples if row.seed == JUDGE_SEED)
+    for row, resting, scene in scenes_of(judging):
+        settled = int(row.count.sum())
+        share = row.count / settled
+        noise = float((share * (1.0 - share)).sum()) / (settled - 1)
+        away = [split(resting, scene, fits) - share for fits in all_fits]
+        squares[row.family] = (
+            squares.get(row.family, np.zeros(len(all_fits)))
+            + np.square(away).sum(axis=1)
+            - noise
+        )
+        poses[row.family] = poses.get(row.family, 0) + share.size
     squares["all"] = np.sum(list(squares.values()), axis=0)
     poses["all"] = sum(poses.values())
     return {

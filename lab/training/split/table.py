@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lab.bodies.families import family_options, family_part, family_poses
+from lab.bodies.families import family_part, family_poses
 from ros_pose_stats.core.estimators.split import kept_shares, split_inputs
 from ros_pose_stats.core.records import DropScene
 from ros_pose_stats.core.resting.poses import RestingPoses
@@ -73,37 +73,43 @@ def make_table(samples: Sequence[Sample]) -> Table:
     inputs = []
     children = []
     leaf_pose = []
-    held_shares = []
+    kept = []
     share = []
-    for (family, seed, number), scenes in groupby(samples, lambda row: row[:3]):
-        tolerance, sides = family_options(family)
-        resting = family_poses(family, family_part(family, seed, number))
-        links = split_children(resting)
-        shares = kept_shares(resting)[resting.clusters.split]
-        for row in scenes:
-            if not is_usable(row):
-                continue
-            scene = DropScene(
-                row.restitution, row.height * resting.body.radius, tolerance, sides
-            )
-            inputs.append(split_inputs(resting, scene).astype(np.float32))
-            children.append(links)
-            leaf_pose.append(resting.clusters.node_pose)
-            held_shares.append(shares)
-            share.append(row.count / int(row.count.sum()))
+    for row, resting, scene in scenes_of(samples):
+        inputs.append(split_inputs(resting, scene).astype(np.float32))
+        children.append(split_children(resting))
+        leaf_pose.append(resting.clusters.node_pose)
+        kept.append(kept_shares(resting)[resting.clusters.split])
+        share.append(row.count / int(row.count.sum()))
     splits = np.array([len(links) for links in children])
     poses = np.array([shares.size for shares in share])
     return Table(
         np.concatenate(inputs),
         np.concatenate(children),
         np.concatenate(leaf_pose),
-        np.concatenate(held_shares),
+        np.concatenate(kept),
         splits,
         poses,
         _starts(splits),
         _starts(poses),
         np.concatenate(share),
     )
+
+
+def scenes_of(
+    samples: Iterable[Sample],
+) -> Iterator[tuple[Sample, RestingPoses, DropScene]]:
+    """Samples of which enough drops came to rest, each with its poses and its scene;
+    those of a body follow each other and have the same poses.
+    """
+    for key, rows in groupby(samples, lambda row: row[:3]):
+        resting = family_poses(key[0], family_part(*key))
+        for row in rows:
+            settled = int(row.count.sum())
+            most_unsettled = MOST_UNSETTLED * (row.unsettled + settled)
+            if settled >= LEAST_DROPS and row.unsettled <= most_unsettled:
+                height = row.height * resting.body.radius
+                yield row, resting, DropScene(row.restitution, height)
 
 
 def _starts(numbers: Index) -> Index:
@@ -114,14 +120,6 @@ def _starts(numbers: Index) -> Index:
 def _rows(first: Index, count: Index) -> Index:
     """Places of all entries of some rows of entries."""
     return np.repeat(first - _starts(count), count) + np.arange(count.sum())
-
-
-def is_usable(row: Sample) -> bool:
-    """Whether enough of a sample's drops came to rest."""
-    settled = int(row.count.sum())
-    return settled >= LEAST_DROPS and row.unsettled <= MOST_UNSETTLED * (
-        row.unsettled + settled
-    )
 
 
 def split_children(resting: RestingPoses) -> Index:
