@@ -20,8 +20,9 @@ CHOSEN = (("centre", 1), ("stretch", 1), ("face", 2))
 MOST_DROPS = 3000
 FEWEST_DROPS = 200
 SECONDS = 5.0
-"""Drops of each of two variants, and the time that those of one part may take
-together.
+WORKERS = 2
+"""Drops of each of two variants, the time that those of one part may take together, and
+threads.
 """
 
 
@@ -43,21 +44,21 @@ class Slope(NamedTuple):
     drops: int
 
 
-def measure_slopes(case: Case, workers: int) -> list[Slope]:
+def measure_slopes(case: Case) -> list[Slope]:
     """Measure some features of a part, drawn at random."""
     space = case.space
     model = case.model
     features = []
     for kind, count in CHOSEN:
         candidates = np.flatnonzero(
-            [feature_or_variant.kind == kind for feature_or_variant in space.features]
+            [feature.kind == kind for feature in space.features]
         )
         features += case.draw.choice(
             candidates, min(count, len(candidates)), replace=False
         ).tolist()
     base = space.change_feature(0, 0.0)
     share = model.estimate(base)
-    drops = _affordable(case, base, 2 * len(features), workers)
+    drops = _affordable(case, base, 2 * len(features))
     slopes = []
     for number in features:
         feature = space.features[number]
@@ -66,11 +67,9 @@ def measure_slopes(case: Case, workers: int) -> list[Slope]:
             pair = [space.change_feature(number, side) for side in (-unit, unit)]
         except MeshError:  # a step that leaves no body is no case
             continue
-        opposite, change = (
-            model.estimate(feature_or_variant) - share for feature_or_variant in pair
-        )
+        opposite, change = (model.estimate(variant) - share for variant in pair)
         slope = 0.5 * (change - opposite)
-        measured = paired_difference(*model.drop(pair, drops, case.number, workers))
+        measured = paired_difference(*model.drop(pair, drops, case.number, WORKERS))
         slopes.append(
             Slope(
                 case.family,
@@ -86,10 +85,10 @@ def measure_slopes(case: Case, workers: int) -> list[Slope]:
     return slopes
 
 
-def _affordable(case: Case, base: ChangedPart, variants: int, workers: int) -> int:
+def _affordable(case: Case, base: ChangedPart, variants: int) -> int:
     """Drops of each variant that fit in the time; rolling parts are slow."""
     trial = 50
     begin = time.process_time()
-    case.model.drop([base], trial, 0, workers)
+    case.model.drop([base], trial, 0, WORKERS)
     seconds = (time.process_time() - begin) / trial
     return int(min(MOST_DROPS, max(FEWEST_DROPS, SECONDS / (variants * seconds))))

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from lab.benchmarks.default_answer import holds, square_error
-from lab.benchmarks.program import write_pages
+from lab.benchmarks.design.sections import PAGE as DESIGN
+from lab.benchmarks.program import BENCHMARKS, write_pages
 from lab.bodies.families import FAMILIES, family_part, family_poses
 from lab.training.split import counting
 from lab.training.split.judge import errors_by_family
@@ -40,8 +41,9 @@ def judged(text):
 
 def test_the_pages_are_those_of_the_stored_numbers(tmp_path):
     shutil.copytree(MEASURED / "numbers", tmp_path / "measured" / "numbers")
-    write_pages(docs=tmp_path)
-    for name in ("benchmarks.md", "speed.md"):
+    for page in (BENCHMARKS, DESIGN):
+        write_pages(page, tmp_path)
+    for name in ("benchmarks.md", "speed.md", "design.md"):
         assert (tmp_path / "measured" / name).read_text() == (
             MEASURED / name
         ).read_text(), name
@@ -52,13 +54,6 @@ def test_the_pages_are_those_of_the_stored_numbers(tmp_path):
         verdict for *_, verdict in judged((MEASURED / "benchmarks.md").read_text())
     ]
     assert len(results) == int(misses[2]) and sum(results) == int(misses[1])
-
-
-def test_the_page_on_design_is_that_of_the_stored_numbers():
-    assert (
-        lab("benchmarks.design", "--stored").strip()
-        == (MEASURED / "design.md").read_text().strip()
-    )
 
 
 def test_the_reference_takes_its_noise_off_and_widens_bounds_by_it():
