@@ -11,7 +11,6 @@ import numpy as np
 from lab.bodies.dice import SOURCE
 from lab.frame.documents import markdown_table, plain, points, write_page
 
-from .observed import SOURCES
 from .runs import COUNTED, FITTED, METHODS, PlateResults
 
 PAGE = "plates.md"
@@ -72,30 +71,8 @@ def plates_text(results: PlateResults) -> str:
             f"Told over true is {TRUE[0]} to {TRUE[1]} on {count} of {len(simulated)} "
             f"simulated plates; the fit is at most {points(worse, 2)} points worse "
             "than the default on any.",
-            "",
-            *_observed_lines(results),
         ]
     )
-
-
-def _observed_lines(results: PlateResults) -> list[str]:
-    """What counts of a part are worth beside its estimate, without a fit."""
-    rows = [
-        [
-            str(counted),
-            *(points(errors[method], 2) for method in SOURCES),
-            f"{errors['observed'] / min(errors['estimate'], errors['counts']):.2f}",
-        ]
-        for counted, errors in results.observed.items()
-    ]
-    return [
-        "`observed` on the simulated plates without a fit, so many counts of each of "
-        "the twelve: errors in points over groups, parts and plates, and that of "
-        "`observed` over the smaller one of estimate and counts. The plate's error is "
-        "learnt from the other eleven.",
-        "",
-        markdown_table(("counts of a part", *SOURCES, "over the better"), rows),
-    ]
 
 
 def _root_mean_square(errors: Sequence[float]) -> float:

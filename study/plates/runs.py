@@ -18,7 +18,6 @@ from ros_pose_stats.core.plates.fit import ROUND_SIDES, ExplainedPart, SceneGrid
 from ros_pose_stats.core.records.scene import DropScene, Numbering
 
 from .friction import plate_of, read_counts, study_parts
-from .observed import observed_errors
 
 Array = NDArray[np.float64]
 Say = Callable[[str], object]
@@ -26,9 +25,6 @@ Say = Callable[[str], object]
 FITTED = 5
 COUNTED = 200
 """Kinds that a plate is fitted to, and counts of each on a simulated plate."""
-
-OBSERVED_REPEATS = 2
-"""Draws of counts of all parts on each plate."""
 
 AS_FILED = Numbering(0.0, 0)  # of dice: every face, as it is
 
@@ -59,12 +55,9 @@ class PlateErrors:
 
 @dataclass(frozen=True)
 class PlateResults:
-    """All plates, the dice first, and what counts of a part are worth beside its
-    estimate.
-    """
+    """All plates, the dice first."""
 
     plates: tuple[PlateErrors, ...]
-    observed: dict[int, dict[str, float]]  # by counts of a part and way; errors
     splits: int
     seed: int
 
@@ -108,9 +101,7 @@ def plates(
                 say,
             )
         )
-    return PlateResults(
-        tuple(judged), observed_errors(OBSERVED_REPEATS, seed), splits, seed
-    )
+    return PlateResults(tuple(judged), splits, seed)
 
 
 def judge_plate(
