@@ -155,8 +155,7 @@ impacts and steps ends before; n is the median. The paper's estimators are pale.
 parts are hulls of random points on ellipsoids of different proportions. The machined
 and turned parts (shafts, brackets, rings, screws, plates, gears) are taken as users'
 files are: poses by persistence, round surfaces at 192 sides a turn. `trimesh.poses` is
-timed without the making of its mesh object, MuJoCo, on some of the smallest bodies,
-inside its steps alone; MuJoCo's error holds its own noise.
+timed without the making of its mesh object.
 """
 
 TABLES = """## Estimators on random polyhedra

@@ -70,7 +70,6 @@ CHOSEN = (
     ("1 000 drops", "drop simulation", "n = 1 000"),
     ("10 000 drops", "drop simulation", "n = 10 000"),
     ("`trimesh.poses`", None, "trimesh.poses"),
-    ("100 drops in MuJoCo", "MuJoCo", "n = 100"),
 )
 """Points of the chart that the table shows: words, series and name."""
 

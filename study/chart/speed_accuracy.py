@@ -22,7 +22,7 @@ from .methods import (
     estimator_points,
     simulation_points,
 )
-from .other_software import mujoco_points, trimesh_points
+from .other_software import trimesh_points
 
 
 class Plan(NamedTuple):
@@ -35,7 +35,7 @@ class Plan(NamedTuple):
     bodies, drops : int
         Bodies to simulate as the reference, and drops of each at each restitution.
     effort : Effort
-    trimesh, mujoco : int
+    trimesh : int
         Number of bodies for this software.
     machined : bool
         Whether these are machined and turned parts.
@@ -46,7 +46,6 @@ class Plan(NamedTuple):
     drops: int
     effort: Effort
     trimesh: int
-    mujoco: int
     machined: bool = False
 
 
@@ -54,18 +53,17 @@ FEW_DROPS = (10, 100, 1_000)
 FEWER_DROPS = (10, 100)
 
 PLANS = (
-    Plan(0, 0, 0, Effort(), 1_000_000, 6),
-    Plan(200, 60, 1_000, Effort(40, 10_000), 60, 0),
-    Plan(2_000, 20, 400, Effort(20, 2_000, FEW_DROPS, FEWER_DROPS, 1), 20, 0),
-    Plan(0, 60, 2_000, Effort(30, 10_000), 60, 0, machined=True),
+    Plan(0, 0, 0, Effort(), 1_000_000),
+    Plan(200, 60, 1_000, Effort(40, 10_000), 60),
+    Plan(2_000, 20, 400, Effort(20, 2_000, FEW_DROPS, FEWER_DROPS, 1), 20),
+    Plan(0, 60, 2_000, Effort(30, 10_000), 60, machined=True),
 )
-"""MuJoCo takes minutes of larger bodies, and so do ten thousand drops of the largest:
-what they would show, the smaller ones and fewer drops do."""
+"""Ten thousand drops of the largest take minutes: what they would show, fewer do."""
 
 QUICK = (
-    Plan(0, 0, 0, Effort(9, 1_000, FEW_DROPS, FEWER_DROPS), 30, 0),
-    Plan(200, 8, 200, Effort(8, 1_000, FEW_DROPS, FEWER_DROPS), 8, 0),
-    Plan(0, 12, 400, Effort(12, 1_000, FEW_DROPS, FEWER_DROPS), 12, 0, machined=True),
+    Plan(0, 0, 0, Effort(9, 1_000, FEW_DROPS, FEWER_DROPS), 30),
+    Plan(200, 8, 200, Effort(8, 1_000, FEW_DROPS, FEWER_DROPS), 8),
+    Plan(0, 12, 400, Effort(12, 1_000, FEW_DROPS, FEWER_DROPS), 12, machined=True),
 )
 
 
@@ -162,7 +160,7 @@ def chart(
         )
         size = _planned_bodies(dataset, plan)
         points = []
-        for point in _points(size, plan, on_progress):
+        for point in _points(size, plan):
             points.append(point)
             series = f"{point.series}, " if point.series else ""
             on_progress(f"{size.title}: {series}{point.name}")
@@ -187,17 +185,13 @@ def _planned_bodies(dataset: Dataset, plan: Plan) -> Size:
     return ellipsoids(plan.vertices, plan.bodies, plan.drops, dataset.spec.restitutions)
 
 
-def _points(
-    size: Size, plan: Plan, say: Callable[[str], object]
-) -> Iterator[ChartPoint]:
+def _points(size: Size, plan: Plan) -> Iterator[ChartPoint]:
     yield from estimator_points(size, plan.effort)
     answered = size.first(plan.effort.answered)
     yield default_point(answered)
     yield from combined_points(answered, plan.effort)
     yield from simulation_points(size, plan.effort)
     yield from trimesh_points(size.first(plan.trimesh))
-    if plan.mujoco:
-        yield from mujoco_points(size.first(plan.mujoco), say)
 
 
 def chart_text(results: ChartResults) -> str:
