@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +81,14 @@ class Size:
             restitution, self.height, self.cluster_tolerance, self.round_sides
         )
 
+    @property
+    def options(self) -> dict[str, Any]:
+        """Keywords of the library for its bodies."""
+        return {
+            "cluster_tolerance": self.cluster_tolerance,
+            "round_sides": self.round_sides,
+        }
+
     def first(self, bodies: int) -> Size:
         """The first bodies alone, where there are more."""
         return replace(
@@ -106,12 +115,7 @@ def paper_size(dataset: Dataset) -> Size:
     vertices = dataset.arrays["vertices"]
     return Size(
         f"paper-size, {vertices.min()} to {vertices.max()} vertices",
-        [
-            Mesh(
-                restitution.vertices, restitution.triangles, restitution.center_of_mass
-            )
-            for restitution in bodies
-        ],
+        [Mesh(body.vertices, body.triangles, body.center_of_mass) for body in bodies],
         restings(dataset),
         {
             restitution: dataset.simulated(restitution)
@@ -187,9 +191,9 @@ def _drop_bodies(
                     part,
                     drops,
                     number,
-                    DropScene(one, None, cluster_tolerance, round_sides),
+                    DropScene(rho, None, cluster_tolerance, round_sides),
                 )
-                for one in restitutions
+                for rho in restitutions
             ]
         )
     return Size(
@@ -229,9 +233,7 @@ def _count_poses(
         cluster_tolerance=scene.cluster_tolerance,
         round_sides=scene.round_sides,
     )
-    counts = np.zeros(len(statistics.poses), dtype=np.int64)
-    for pose in statistics.poses:
-        counts[pose.index] = pose.count
+    counts = np.array([pose.count for pose in statistics.by_index.values()])
     return SimulatedPoses(
         np.full_like(counts, number),
         counts,

@@ -139,12 +139,7 @@ def measured_point(
 
 
 def _run_estimate(size: Size, mesh: Mesh, name: str) -> object:
-    return estimate(
-        mesh.part(),
-        name,
-        cluster_tolerance=size.cluster_tolerance,
-        round_sides=size.round_sides,
-    )
+    return estimate(mesh.part(), name, **size.options)
 
 
 def _run_simulation(size: Size, mesh: Mesh, drops: int, restitution: float) -> object:
@@ -155,8 +150,7 @@ def _run_simulation(size: Size, mesh: Mesh, drops: int, restitution: float) -> o
         1,
         size.height,
         workers=1,
-        cluster_tolerance=size.cluster_tolerance,
-        round_sides=size.round_sides,
+        **size.options,
     )
 
 
@@ -249,8 +243,7 @@ def _run_hybrid(
         int(seed.generate_state(1, np.uint64)[0]),
         size.height,
         workers=1,
-        cluster_tolerance=size.cluster_tolerance,
-        round_sides=size.round_sides,
+        **size.options,
     )
 
 
@@ -260,8 +253,7 @@ def _run_auto(size: Size, mesh: Mesh, restitution: float, _: int) -> PoseStatist
         restitution=restitution,
         drop_height=size.height,
         workers=1,
-        cluster_tolerance=size.cluster_tolerance,
-        round_sides=size.round_sides,
+        **size.options,
     )
 
 

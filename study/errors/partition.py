@@ -11,8 +11,6 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ros_pose_stats.base.errors import RequestError
-
 from .bootstrap import body_bootstrap
 from .simulated_poses import SimulatedPoses
 
@@ -82,22 +80,10 @@ def accuracy(
         finite.
     simulated : SimulatedPoses
         Pool the restitutions for the paper's figures.
-
-    Raises
-    ------
-    RequestError
-        If these are not N finite numbers, or a value has too few drops for its noise.
     """
-    values = np.asarray(estimate, dtype=np.float64)
-    if values.shape != simulated.body.shape or not np.isfinite(values).all():
-        raise RequestError(
-            f"{simulated.body.size} finite probabilities, one a simulated pose",
-            f"{np.count_nonzero(np.isfinite(values))} in shape {values.shape}",
-            "give them in the order of the simulated poses",
-        )
     return _partition(
         simulated,
-        values - simulated.probability,
+        np.asarray(estimate) - simulated.probability,
         simulated.noise_variance(),
     )
 
@@ -118,18 +104,7 @@ def sensitivity(
         Of the same poses in the same order, from drops that are independent of each
         other: equal starts in both would tie their noises, and too much would be taken
         off.
-
-    Raises
-    ------
-    RequestError
-        If the bodies differ, or a value has too few drops for its noise.
     """
-    if not np.array_equal(first.body, second.body):
-        raise RequestError(
-            "two simulations of the same poses in the same order",
-            f"{first.body.size} and {second.body.size} values of unlike bodies",
-            "number the bodies of both alike",
-        )
     return _partition(
         first,
         first.probability - second.probability,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ros_pose_stats.base.errors import RequestError
 
@@ -27,13 +27,12 @@ class SimulatedPoses:
     count : (N,) array of int
         Drops that came to rest in the pose; 0 <= count <= settled.
     settled : (N,) array of int
-        Drops of this body at this restitution that came to rest at all, from 1 up.
+        Drops of this body at this restitution that came to rest at all, from 2 up.
 
     Raises
     ------
     RequestError
-        If the three are not equally long rows of whole numbers in their ranges, or
-        empty.
+        If a value has fewer settled drops, so that its noise is not known.
     """
 
     body: Index
@@ -41,21 +40,10 @@ class SimulatedPoses:
     settled: Index
 
     def __post_init__(self) -> None:
-        for name in ("body", "count", "settled"):
-            object.__setattr__(self, name, _whole_numbers(name, getattr(self, name)))
-        sizes = self.body.size, self.count.size, self.settled.size
-        if len(set(sizes)) != 1:
+        fewest = int(self.settled.min())
+        if fewest < 2:
             raise RequestError(
-                "as many bodies, counts and settled drops",
-                "{}, {} and {}".format(*sizes),
-                "give each value all three",
-            )
-        bad = (self.count > self.settled) | (self.settled < 1)
-        if bad.any():
-            raise RequestError(
-                "counts up to the settled drops, of which there is one at least",
-                f"{self.count[bad][0]} of {self.settled[bad][0]}",
-                "count the settled drops alone and leave out bodies without any",
+                "2 settled drops at least", f"{fewest}", "drop each body more often"
             )
 
     @property
@@ -74,17 +62,8 @@ class SimulatedPoses:
         -------
         (N,) array
             Squared fractions, from 0 up.
-
-        Raises
-        ------
-        RequestError
-            If a value has a single settled drop.
         """
         s = self.probability
-        if self.settled.min() < 2:
-            raise RequestError(
-                "2 settled drops at least", "1", "drop each body more often"
-            )
         return np.asarray(s * (1.0 - s) / (self.settled - 1))
 
 
@@ -96,35 +75,9 @@ def pooled(parts: Sequence[SimulatedPoses]) -> SimulatedPoses:
     ----------
     parts : sequence of SimulatedPoses
         At least one. The same number means the same body in all of them.
-
-    Raises
-    ------
-    RequestError
-        If there is none.
     """
-    if not parts:
-        raise RequestError(
-            "one simulation at least", "none", "give the poses of one restitution"
-        )
     return SimulatedPoses(
         np.concatenate([part.body for part in parts]),
         np.concatenate([part.count for part in parts]),
         np.concatenate([part.settled for part in parts]),
     )
-
-
-def _whole_numbers(name: str, values: ArrayLike) -> Index:
-    array = np.asarray(values)
-    if (
-        array.ndim != 1
-        or array.dtype.kind not in "iu"
-        or array.size == 0
-        or array.min() < 0
-    ):
-        raise RequestError(
-            f"one row of whole numbers from 0 up as the {name} of each value",
-            f"shape {array.shape} of {array.dtype}"
-            + (f" from {array.min()}" if array.size else ""),
-            "give an array (N,) of int",
-        )
-    return array.astype(np.int64)
