@@ -6,25 +6,16 @@ from collections.abc import Iterator
 from itertools import count, islice
 from typing import NamedTuple
 
-import numpy as np
-
 from lab.bodies import curved
 from lab.bodies.curved import Body
 from ros_pose_stats import DropScene, part_from_mesh
-from ros_pose_stats.core.kernels.drops.drop import run_drops
-from ros_pose_stats.core.kernels.drops.layout import (
-    EVENT_COUNT,
-    IMPACT_COUNT,
-    DropRules,
-)
+from ros_pose_stats.core.kernels.drops.layout import DropRules
 from ros_pose_stats.core.simulation.drop_body import drop_body
 from ros_pose_stats.core.simulation.drops import (
-    NO_TAPE,
     DropOutcomes,
     compute_drops,
     drop_rules,
     random_starts,
-    states_at_rest,
 )
 
 RESTITUTIONS = (0.2, 0.5, 0.8)
@@ -61,15 +52,9 @@ class Dropper:
 
     def effort(self, rules: DropRules, seed: int, drops: int) -> Effort:
         """Mean cost of such drops."""
-        directions = self.prepared.frame_directions(random_starts(seed, 0, drops))
-        states = states_at_rest(self.prepared, rules.height, directions)
-        outcome = np.empty((drops, 5), np.int64)
-        measure = np.empty((drops, 2))
-        run_drops(self.prepared.arrays, rules, states, outcome, measure, NO_TAPE)
-        impacts = outcome[:, IMPACT_COUNT]
-        return Effort(
-            float(impacts.mean()), float((outcome[:, EVENT_COUNT] - impacts).mean())
-        )
+        outcomes = self.drop(rules, seed, drops)
+        steps = outcomes.events - outcomes.impacts
+        return Effort(float(outcomes.impacts.mean()), float(steps.mean()))
 
 
 def paper_droppers(number: int) -> list[Dropper]:

@@ -1,6 +1,6 @@
 """Fits the split estimator.
 
-python -m lab.training.split drops          counts the drops again (two hours; in parts)
+python -m lab.training.split drops          counts the drops again, for two hours
 python -m lab.training.split fit --write    fits, and writes the weights
 python -m lab.training.split hold --families NAME ...
     fits without some families, and sets the errors beside those of the weights there
@@ -18,12 +18,13 @@ from tempfile import gettempdir
 
 from ros_pose_stats.core.estimators.fitted import SPLIT_FITS
 
-from .counting import BODIES, count_all, join_parts
+from .counting import BODIES, count_all, join_series
 from .fit import fit_all, write_weights
-from .judge import errors_by_family, print_errors
+from .judge import errors_by_family, errors_table
 from .samples import read_samples, write_samples
 
-PARTS = Path(gettempdir()) / "pose_stats_drops"
+COUNTED = Path(gettempdir()) / "pose_stats_drops"
+"""What is counted so far, which an interruption leaves."""
 
 
 def main() -> None:
@@ -33,13 +34,6 @@ def main() -> None:
     )
     parser.add_argument("step", choices=("drops", "fit", "hold"))
     parser.add_argument("--write", action="store_true", help="write the weights")
-    parser.add_argument(
-        "--parts",
-        type=Path,
-        default=PARTS,
-        help="for `drops`: folder of what is counted so far, which an interruption "
-        "leaves (default: %(default)s)",
-    )
     parser.add_argument(
         "--families",
         nargs="+",
@@ -56,18 +50,17 @@ def main() -> None:
         parser.error("name the families that the fit is not to see")
     if options.step == "drops":
         families = options.families
-        count_all(options.parts, options.workers, _print_progress, families)
+        count_all(COUNTED, options.workers, _print_progress, families)
         kept = read_samples() if set(families) != set(BODIES) else []
-        write_samples(join_parts(options.parts, families, kept))
+        write_samples(join_series(COUNTED, families, kept))
     elif options.step == "hold":
         samples = read_samples()
         fits = fit_all(
             [row for row in samples if row.family not in options.families],
             options.workers,
         )
-        print_errors(
-            errors_by_family(samples, (SPLIT_FITS, fits)), ("shipped", "held out")
-        )
+        errors = errors_by_family(samples, (SPLIT_FITS, fits))
+        print(errors_table(errors, ("shipped", "held out")))
     else:
         fits = fit_all(read_samples(), options.workers)
         print(fits)
@@ -76,7 +69,7 @@ def main() -> None:
 
 
 def _print_progress(counted: int, total: int) -> None:
-    print(f"\r{counted} of {total} parts", end="", file=sys.stderr)
+    print(f"\r{counted} of {total} bodies", end="", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
-"""Counts the drops of all bodies, in parts that an interruption leaves whole.
+"""Counts the drops of all bodies, family after family.
 
-A part holds a few bodies of one family. Parts come in turn from all families, so that
-those that are there at any moment are of every kind.
+What was counted of the families before is there after an interruption.
 """
 
 from __future__ import annotations
@@ -9,8 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -72,38 +72,21 @@ HIGHEST_RESTITUTION = 0.99
 SELDOM = 0.08
 """Share of random scenes beyond `BOUNCY`, where drops take long."""
 
-SLOW = ("flat balls", "springs")
-"""Families that roll for long: some hundred drops a second."""
 
-IN_A_PART = 10
-
-
-class Block(NamedTuple):
-    """Bodies that are counted together."""
-
-    family: str
-    seed: int
-    first: int
-    bodies: int
-
-    def file(self, folder: Path) -> Path:
-        """Where its samples are kept until all are there."""
-        return folder / f"{self.family}-{self.seed}-{self.first}.npz".replace(" ", "_")
+def file_of(folder: Path, family: str, seed: int) -> Path:
+    """Where the samples of a family are kept until those of all are there."""
+    return folder / f"{family}-{seed}.npz".replace(" ", "_")
 
 
-def blocks(families: Collection[str]) -> list[Block]:
-    """All parts of the work, in turn from the families, the slow ones last."""
-    ranked = [
-        (
-            (family in SLOW) + first / count,
-            Block(family, seed, first, min(IN_A_PART, count - first)),
-        )
+def series_of(families: Collection[str]) -> list[tuple[str, int, int]]:
+    """Family, seed and number of bodies of each series of the work."""
+    return [
+        (family, seed, count)
         for family, numbers in BODIES.items()
         if family in families
         for seed, count in zip((FIT_SEED, JUDGE_SEED), numbers, strict=True)
-        for first in range(0, count, IN_A_PART)
+        if count
     ]
-    return [block for _, block in sorted(ranked)]
 
 
 def count_all(
@@ -112,29 +95,34 @@ def count_all(
     on_progress: Callable[[int, int], object],
     families: Collection[str],
 ) -> None:
-    """Count the parts that are not in the folder yet; takes an hour or two in all.
+    """Count the series that are not in the folder yet; takes an hour or two in all.
 
     Parameters
     ----------
     folder : Path
-        Of the parts; they are never counted twice.
+        Of a file for each series; they are never counted twice.
     workers : int
         Threads.
     on_progress : callable
-        Takes the number of parts that are there, and of all.
+        Takes the number of bodies that are there, and of all.
     families : collection of str
         Out of `BODIES`.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    all_blocks = blocks(families)
-    missing = [block for block in all_blocks if not block.file(folder).exists()]
+    series = series_of(families)
+    total = sum(count for _, _, count in series)
+    counted = 0
     with ThreadPoolExecutor(workers) as pool:
-        results = pool.map(lambda block: _count(block, folder), missing)
-        for counted, _ in enumerate(results, len(all_blocks) - len(missing) + 1):
-            on_progress(counted, len(all_blocks))
+        for family, seed, count in series:
+            file = file_of(folder, family, seed)
+            if not file.exists():
+                bodies = pool.map(partial(drop_body, family, seed), range(count))
+                write_samples(chain.from_iterable(bodies), file)
+            counted += count
+            on_progress(counted, total)
 
 
-def join_parts(
+def join_series(
     folder: Path, families: Collection[str], samples: Sequence[Sample]
 ) -> list[Sample]:
     """Samples of all families: new ones of some, the others as they are.
@@ -143,36 +131,25 @@ def join_parts(
     ----------
     folder : Path
     families : collection of str
-        Of which the folder has all parts.
+        Of which the folder has all series.
     samples : sequence of Sample
         Of the other families.
 
     Raises
     ------
     FileNotFoundError
-        If a part has not been counted.
+        If a series has not been counted.
     """
     kept_samples = [sample for sample in samples if sample.family not in families]
     counted = [
         sample
-        for block in blocks(families)
-        for sample in read_samples(block.file(folder))
+        for family, seed, _ in series_of(families)
+        for sample in read_samples(file_of(folder, family, seed))
     ]
     order = list(BODIES)
     return sorted(
         kept_samples + counted,
         key=lambda sample: (order.index(sample.family), sample.seed, sample.number),
-    )
-
-
-def _count(block: Block, folder: Path) -> None:
-    write_samples(
-        [
-            sample
-            for number in range(block.first, block.first + block.bodies)
-            for sample in drop_body(block.family, block.seed, number)
-        ],
-        block.file(folder),
     )
 
 

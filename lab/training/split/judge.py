@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from lab.frame.documents import markdown_table
 from ros_pose_stats.core.estimators.fitted import SplitFit
 from ros_pose_stats.core.estimators.split import split
 
@@ -46,9 +47,10 @@ def errors_by_family(
     }
 
 
-def print_errors(errors: dict[str, Array], names: Sequence[str]) -> None:
-    """Print a table of errors, a family a row."""
-    print("| family |", " | ".join(names), "|")
-    print("| --- |", " | ".join("---:" for _ in names), "|")
-    for family, values in errors.items():
-        print(f"| {family} |", " | ".join(f"{value:.2f}" for value in values), "|")
+def errors_table(errors: dict[str, Array], names: Sequence[str]) -> str:
+    """Markdown, a family a row."""
+    rows = [
+        (family, *(f"{value:.2f}" for value in values))
+        for family, values in errors.items()
+    ]
+    return markdown_table(("family", *names), rows)

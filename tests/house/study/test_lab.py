@@ -110,7 +110,7 @@ def test_a_family_counted_anew_leaves_the_others_as_they_are(tmp_path, monkeypat
     monkeypatch.setitem(counting.BODIES, "prisms", (2, 1))
     stored = read_samples()
     counting.count_all(tmp_path, 1, lambda *_: None, ["prisms"])
-    joined = counting.join_parts(tmp_path, ["prisms"], stored)
+    joined = counting.join_series(tmp_path, ["prisms"], stored)
     families = [row.family for row in joined]
     assert sorted(families, key=list(counting.BODIES).index) == families
     others = [
