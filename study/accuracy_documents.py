@@ -230,6 +230,7 @@ def draw_estimators(dataset: Dataset, results: TableResults) -> Figure:
             (CURVE, nonlinear(CURVE)) if row.name == FITTED else None,
         )
         for row in results.rows
+        if row.first is not None
     ]
     return estimators_figure(panels, results.first)
 

@@ -29,8 +29,6 @@ class Plan:
         Vertices.
     seeds : int
         Random polyhedra a size.
-    demo : bool
-        Whether to measure the demo parts.
     slow, quick : Pace
         For whole meshes, and for single small calls.
     """
@@ -39,7 +37,6 @@ class Plan:
     smooth: tuple[int, ...] = (200, 2000, 20000)
     near_sphere: int = 4000
     seeds: int = 3
-    demo: bool = True
     slow: Pace = MESHES
     quick: Pace = CALLS
 
@@ -71,8 +68,7 @@ def sections(plan: Plan) -> Iterator[Section]:
         ],
         plan.slow,
     )
-    if plan.demo:
-        yield all_estimators(curved.demo_parts(), plan.slow, "demo", "The demo parts")
+    yield all_estimators(curved.demo_parts(), plan.slow, "demo", "The demo parts")
     yield near_spheres(
         [curved.near_sphere(plan.near_sphere), curved.sphere(plan.near_sphere)],
         plan.slow,

@@ -9,6 +9,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from .documents import write_json
+
 Cell = float | int | str
 
 
@@ -103,10 +105,7 @@ def format_cell(value: Cell) -> str:
 
 def save(results: Results, file: Path) -> None:
     """Write as JSON."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(
-        json.dumps(asdict(results), indent=1, allow_nan=False) + "\n", encoding="utf-8"
-    )
+    write_json(file, asdict(results))
 
 
 def load(file: Path) -> Results:

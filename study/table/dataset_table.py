@@ -21,7 +21,7 @@ from ..dataset import Dataset
 from ..errors.partition import accuracy, noise_of, sensitivity
 from ..errors.simulated_poses import SimulatedPoses, pooled
 from ..estimates import restings, scene_estimates
-from .table_results import CombinedRow, Outlier, Row, Shapes, TableResults
+from .table_results import Outlier, Row, Shapes, TableResults
 
 Array = NDArray[np.float64]
 
@@ -156,9 +156,7 @@ def _range(values: NDArray[np.generic]) -> tuple[int, int]:
     return int(values.min()), int(values.max())
 
 
-def combined_row(
-    dataset: Dataset, poses: list[RestingPoses], first: int
-) -> CombinedRow:
+def combined_row(dataset: Dataset, poses: list[RestingPoses], first: int) -> Row:
     """Make the row of hybrid with the first drops, compared with all the others.
 
     Parameters
@@ -185,7 +183,8 @@ def combined_row(
     pooled_error = accuracy(
         np.concatenate(list(shares.values())), pooled(list(remaining.values()))
     )
-    return CombinedRow(
+    return Row(
+        "hybrid",
         f"hybrid, {first} drops",
         pooled_error,
         {

@@ -32,7 +32,7 @@ class Shapes(NamedTuple):
 
 
 class Row(NamedTuple):
-    """One estimator.
+    """One estimator, or hybrid with the first drops, held against all the others.
 
     Attributes
     ----------
@@ -40,25 +40,15 @@ class Row(NamedTuple):
     pooled : Accuracy
         Over all restitutions and drops.
     by_restitution : dict of float to Accuracy
-    first : Accuracy
-        Pooled, from the first drops alone, as in the paper.
+    first : Accuracy or None
+        Pooled, from the first drops alone, as in the paper; None for hybrid.
     """
 
     name: str
     title: str
     pooled: Accuracy
     by_restitution: dict[float, Accuracy]
-    first: Accuracy
-
-
-class CombinedRow(NamedTuple):
-    """Estimate and the first drops together, compared with all other drops; as in
-    `Row`.
-    """
-
-    title: str
-    pooled: Accuracy
-    by_restitution: dict[float, Accuracy]
+    first: Accuracy | None = None
 
 
 class Outlier(NamedTuple):
@@ -103,7 +93,7 @@ class TableResults:
         The same over all restitutions.
     sensitivity : Accuracy or None
         Of the lowest restitution's probabilities against the highest's.
-    combined : CombinedRow or None
+    combined : Row or None
         Of hybrid with the first drops, against all others; None where there are no
         others.
     outliers : tuple of Outlier
@@ -119,14 +109,10 @@ class TableResults:
     noise: dict[float, Noise]
     pooled_noise: Noise
     sensitivity: Accuracy | None
-    combined: CombinedRow | None
+    combined: Row | None
     outliers: tuple[Outlier, ...]
     estimates: dict[float, dict[str, Array]]
     seconds: float
-
-    def row(self, name: str) -> Row:
-        """The row of an estimator."""
-        return next(row for row in self.rows if row.name == name)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON, the estimates left out."""
@@ -136,7 +122,12 @@ class TableResults:
             "shapes": plain(self.shapes),
             "estimators": [_row(row) for row in self.rows],
             "first_drops": self.first,
-            "combined": plain(self.combined),
+            "combined": self.combined
+            and {
+                "title": self.combined.title,
+                "pooled": plain(self.combined.pooled),
+                "by_restitution": plain(self.combined.by_restitution),
+            },
             "noise_of_100": plain(self.noise),
             "pooled_noise_of_100": plain(self.pooled_noise),
             "sensitivity": plain(self.sensitivity),

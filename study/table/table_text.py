@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from lab.frame.documents import markdown_table, points, with_error
 
 from .. import paper
-from .table_results import Range, TableResults
+from .table_results import Range, Row, TableResults
 
 
 def table_text(results: TableResults) -> str:
@@ -47,41 +47,25 @@ def _estimators(results: TableResults) -> str:
         f"largest, {results.first}",
         f"largest, {results.spec.drops}",
     ]
-    rows = []
-    for row in results.rows:
-        largest = paper.LARGEST.get(row.name)
-        printed = paper.ERRORS.get(row.name)
-        rows.append(
-            [
-                row.title,
-                "" if printed is None else points(printed),
-                with_error(row.pooled.error, row.pooled.standard_error),
-                *(
-                    with_error(restitution.error, restitution.standard_error)
-                    for restitution in row.by_restitution.values()
-                ),
-                "" if largest is None else points(largest),
-                points(row.first.largest),
-                points(row.pooled.largest),
-            ]
-        )
-    if results.combined is not None:
-        combined = results.combined
-        rows.append(
-            [
-                combined.title,
-                "",
-                with_error(combined.pooled.error, combined.pooled.standard_error),
-                *(
-                    with_error(restitution.error, restitution.standard_error)
-                    for restitution in combined.by_restitution.values()
-                ),
-                "",
-                "",
-                points(combined.pooled.largest),
-            ]
-        )
-    return markdown_table(head, rows)
+    rows = [*results.rows, *([results.combined] if results.combined else [])]
+    return markdown_table(head, [_cells(row) for row in rows])
+
+
+def _cells(row: Row) -> list[str]:
+    """A row beside the paper's figures, where it has some."""
+    largest = paper.LARGEST.get(row.name)
+    printed = paper.ERRORS.get(row.name)
+    return [
+        row.title,
+        "" if printed is None else points(printed),
+        *(
+            with_error(accuracy.error, accuracy.standard_error)
+            for accuracy in (row.pooled, *row.by_restitution.values())
+        ),
+        "" if largest is None else points(largest),
+        "" if row.first is None else points(row.first.largest),
+        points(row.pooled.largest),
+    ]
 
 
 def _noise(results: TableResults) -> str:

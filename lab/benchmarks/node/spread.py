@@ -8,25 +8,10 @@ from statistics import median
 
 from lab.frame.results import Cell
 
-P99 = 0.99
-
-
-def percentile(values: Sequence[float], share: float) -> float:
-    """Smallest of the values that at least this share of them does not exceed.
-
-    Raises
-    ------
-    ValueError
-        If there are no values, or the share is not above 0 and at most 1.
-    """
-    if not values or not 0.0 < share <= 1.0:
-        raise ValueError(f"no percentile {share} of {len(values)} values")
-    return sorted(values)[math.ceil(share * len(values)) - 1]
-
 
 def p99(seconds: Sequence[float]) -> float:
     """99th percentile in milliseconds; of fewer than 100 the largest."""
-    return 1e3 * percentile(seconds, P99)
+    return 1e3 * sorted(seconds)[math.ceil(0.99 * len(seconds)) - 1]
 
 
 def spread(seconds: Sequence[float]) -> dict[str, Cell]:
