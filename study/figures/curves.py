@@ -3,9 +3,14 @@ ones.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
+
+from ros_pose_stats.tools.plots.figures import INK, REFERENCE, new_figure, open_axes
 
 Array = NDArray[np.float64]
 
@@ -45,3 +50,53 @@ def merge_curves(curves: Curves) -> list[tuple[str, Array]]:
         else:
             joined.append((label, values))
     return joined
+
+
+def row_of_panels(
+    titles: Sequence[str], height: float, title: str, label: str, note: str
+) -> tuple[Figure, Sequence[Axes]]:
+    """A figure of panels side by side with one vertical axis; `note`: a line below."""
+    figure = new_figure(6.2 * len(titles), height, layout="constrained")
+    all_axes = figure.subplots(1, len(titles), sharey=True, squeeze=False)[0]
+    for axes, name in zip(all_axes, titles, strict=True):
+        axes.set_title(name, fontsize=11, color=INK)
+        axes.yaxis.set_tick_params(labelleft=True)
+        open_axes(axes, "#dddddd", 0.7)
+    all_axes[0].set_ylabel(label)
+    figure.suptitle(title, fontsize=12, color=INK)
+    figure.supxlabel(note, fontsize=9, color=REFERENCE)
+    return figure, all_axes
+
+
+class Marker(NamedTuple):
+    """How points with bars are drawn; lengths in points (1/72 inch)."""
+
+    shape: str = "D"
+    filling: str = "#ffffff"
+    edge: str = INK
+    size: float = 4.2
+    thickness: float = 0.9
+    bar: float = 1.0
+
+
+def draw_bars(
+    axes: Axes, x: Array, shares: Array, label: str, marker: Marker
+) -> object:
+    """Draw markers at shares (3, n), 0 to 1, and the bars of their intervals."""
+    middle, low, high = 100.0 * shares
+    # A bar must not be shorter than 0, not even by a rounding.
+    lengths = np.maximum((middle - low, high - middle), 0.0)
+    return axes.errorbar(
+        x,
+        middle,
+        lengths,
+        label=label,
+        fmt=marker.shape,
+        markersize=marker.size,
+        markerfacecolor=marker.filling,
+        markeredgecolor=marker.edge,
+        markeredgewidth=marker.thickness,
+        ecolor=marker.edge,
+        elinewidth=marker.bar,
+        zorder=3.0,
+    )

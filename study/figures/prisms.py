@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
-from ros_pose_stats.tools.plots.figures import INK, REFERENCE, new_figure, open_axes
+from ros_pose_stats.tools.plots.figures import INK
 
-from .curves import LINES, Curves, merge_curves
+from .curves import LINES, Curves, Marker, draw_bars, merge_curves, row_of_panels
 
 Array = NDArray[np.float64]
 
@@ -62,34 +62,33 @@ def prisms_figure(
         Logarithmic in length/width, in percent; a legend of curves and of points to a
         panel.
     """
-    figure = new_figure(6.2 * len(panels), 5.6, layout="constrained")
-    all_axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    figure, all_axes = row_of_panels(
+        [name for name, _ in panels],
+        5.6,
+        title,
+        "probability of the four sides together, %",
+        note,
+    )
     styles = cycle(LINES)
-    for axes, (name, curves) in zip(all_axes, panels, strict=True):
-        _prepare(axes, name)
+    for axes, (_, curves) in zip(all_axes, panels, strict=True):
+        _prepare(axes)
         lines = _draw_curves(axes, np.asarray(ratios, dtype=np.float64), curves, styles)
         points = _draw_points(axes, simulated, dice)
         _legends(axes, lines, points)
-    all_axes[0].set_ylabel("probability of the four sides together, %")
-    figure.suptitle(title, fontsize=12, color=INK)
-    figure.supxlabel(note, fontsize=9, color=REFERENCE)
     return figure
 
 
-def _prepare(axes: Axes, title: str) -> None:
+def _prepare(axes: Axes) -> None:
     axes.set(
         xscale="log",
         xlim=LIMITS,
         ylim=(-2.0, 102.0),
         xlabel="length / width of the prism",
     )
-    axes.set_title(title, fontsize=11, color=INK)
     axes.xaxis.set_major_locator(FixedLocator(TICKS))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.set_yticks(range(0, 101, 20))
-    axes.yaxis.set_tick_params(labelleft=True)
-    open_axes(axes, "#dddddd", 0.7)
 
 
 def _draw_curves(
@@ -120,47 +119,20 @@ def _draw_points(
     ]
     artists: list[object] = []
     for number, (label, rows) in enumerate(series):
-        shift = OFFSET ** (number - 0.5 * (len(series) - 1))
-        artists.append(_bars(axes, rows, shift, label, "D", GREYS[number], INK, 0.8))
-    if dice is not None and _rows(dice).size:
+        x = OFFSET ** (number - 0.5 * (len(series) - 1)) * rows[:, 0]
+        diamond = Marker("D", GREYS[number], INK, 4.8, 0.8, 1.1)
+        artists.append(draw_bars(axes, x, rows[:, 1:].T, label, diamond))
+    if dice is not None and (rows := _rows(dice)).size:
         # Hollow, so that points beneath can be seen.
+        square = Marker("s", "none", DICE, 4.8, 1.5, 1.1)
         artists.append(
-            _bars(axes, _rows(dice), 1.0, "measured dice", "s", "none", DICE, 1.5)
+            draw_bars(axes, rows[:, 0], rows[:, 1:].T, "measured dice", square)
         )
     return artists
 
 
 def _rows(samples: ArrayLike) -> Array:
     return np.asarray(samples, dtype=np.float64).reshape(-1, 4)
-
-
-def _bars(
-    axes: Axes,
-    rows: Array,
-    shift: float,
-    label: str,
-    marker: str,
-    filling: str,
-    edge: str,
-    thickness: float,
-) -> object:
-    ratio, probability, low, high = rows.T
-    # A bar must not be shorter than 0, not even by a rounding.
-    lengths = 100.0 * np.maximum((probability - low, high - probability), 0.0)
-    return axes.errorbar(
-        ratio * shift,
-        100.0 * probability,
-        lengths,
-        label=label,
-        fmt=marker,
-        markersize=4.8,
-        markerfacecolor=filling,
-        markeredgecolor=edge,
-        markeredgewidth=thickness,
-        ecolor=edge,
-        elinewidth=1.1,
-        zorder=3.0,
-    )
 
 
 def _legends(axes: Axes, lines: Sequence[object], points: Sequence[object]) -> None:

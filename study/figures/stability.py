@@ -22,7 +22,7 @@ from ros_pose_stats.tools.plots.figures import (
     open_axes,
 )
 
-from .curves import LINES, merge_curves
+from .curves import LINES, Marker, draw_bars, merge_curves, row_of_panels
 
 Array = NDArray[np.float64]
 
@@ -109,18 +109,27 @@ def walk_figure(
     x = np.asarray(parameter, dtype=np.float64)
     points = np.asarray(simulated, dtype=np.float64)
     curves = [curve for panel in panels for curve in (*panel.background, *panel.curves)]
-    figure = new_figure(6.2 * len(panels), 5.2, layout="constrained")
-    all_axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    figure, all_axes = row_of_panels(
+        [panel.title for panel in panels],
+        5.2,
+        title,
+        fill(f"probability of {quantity}, %", LABEL),
+        note,
+    )
     top = max(
         float(points[2].max()), *(float(np.max(curve.values)) for curve in curves)
     )
     styles = cycle(LINES)
     for axes, panel in zip(all_axes, panels, strict=True):
-        _prepare(axes, panel.title, label, logarithmic, top)
+        axes.set(
+            xscale="log" if logarithmic else "linear",
+            xlabel=label,
+            ylim=(-2.0 * top, 104.0 * top),
+        )
         _set_limits(axes, x, logarithmic)
         _draw_curves(axes, x, panel, iter(LINES) if panel.background else styles)
         _draw_jumps(axes, x, panel.curves)
-        _draw_points(axes, x, points)
+        draw_bars(axes, x, points, "drop simulation", Marker())
         if mark is not None:
             axes.axvline(mark, color=REFERENCE, linewidth=0.9, linestyle=":")
         axes.legend(
@@ -132,9 +141,6 @@ def walk_figure(
             bbox_to_anchor=(0.5, -0.16),
             ncols=3,
         )
-    all_axes[0].set_ylabel(fill(f"probability of {quantity}, %", LABEL))
-    figure.suptitle(title, fontsize=12, color=INK)
-    figure.supxlabel(note, fontsize=9, color=REFERENCE)
     return figure
 
 
@@ -163,17 +169,6 @@ def _draw_curves(
             zorder=2.0,
             linewidth=2.6 if panel.background else 1.9,
         )
-
-
-def _prepare(axes: Axes, title: str, label: str, logarithmic: bool, top: float) -> None:
-    axes.set(
-        xscale="log" if logarithmic else "linear",
-        xlabel=label,
-        ylim=(-2.0 * top, 104.0 * top),
-    )
-    axes.set_title(title, fontsize=11, color=INK)
-    axes.yaxis.set_tick_params(labelleft=True)
-    open_axes(axes, "#dddddd", 0.7)
 
 
 def _set_limits(axes: Axes, x: Array, logarithmic: bool) -> None:
@@ -206,25 +201,6 @@ def _draw_jumps(axes: Axes, x: Array, curves: Sequence[WalkCurve]) -> None:
             label="jump",
             zorder=4.0,
         )
-
-
-def _draw_points(axes: Axes, x: Array, points: Array) -> None:
-    middle, low, high = 100.0 * points
-    lengths = np.maximum((middle - low, high - middle), 0.0)
-    axes.errorbar(
-        x,
-        middle,
-        lengths,
-        fmt="D",
-        markersize=4.2,
-        markerfacecolor="#ffffff",
-        markeredgecolor=INK,
-        markeredgewidth=0.9,
-        ecolor=INK,
-        elinewidth=1.0,
-        label="drop simulation",
-        zorder=3.0,
-    )
 
 
 COLUMNS = 4
