@@ -18,13 +18,6 @@ SEEDS = count(1)
 """One for each simulation: equal requests would be one job."""
 
 
-def start_long(client, part_id):
-    """Start a simulation that must be cancelled, and wait for its first drops."""
-    job_id = start(client, part_id, LONG, seed=next(SEEDS))
-    running_with_results(client, job_id)
-    return job_id
-
-
 def end(client, job_id):
     """Cancel a job, which may have ended, and wait for its end."""
     client.call("cancel_drop_simulation", job_id=job_id)
@@ -34,6 +27,7 @@ def end(client, job_id):
 @contextmanager
 def under_way(client, part_id):
     """A simulation on all workers of the node for as long as the context lasts."""
-    job_id = start_long(client, part_id)
+    job_id = start(client, part_id, LONG, seed=next(SEEDS))
+    running_with_results(client, job_id)
     yield job_id
     cancelled(client, job_id)  # fails where it ended too early

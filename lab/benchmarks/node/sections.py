@@ -18,7 +18,6 @@ from tests.contract.node.harness.client import Client
 from tests.contract.node.harness.parts import flat
 
 from .bare import PREFIX
-from .cancelling import cancelling
 from .listener import Listener
 from .mesh_to_estimate import CAD_TOPIC, Topics, mesh_to_estimate
 from .services import Known, services
@@ -44,8 +43,6 @@ class Plan:
     meshes, services : Pace
     carried : int
         Triangles of the part that requests carry.
-    cancels : int
-        For each part and way.
     """
 
     starts: int = 3
@@ -53,7 +50,6 @@ class Plan:
     meshes: Pace = MESHES_EACH
     services: Pace = CALLS
     carried: int = 10_000
-    cancels: int = 25
 
 
 QUICK = Plan(
@@ -61,7 +57,6 @@ QUICK = Plan(
     triangles=(1000, 10_000),
     meshes=Pace(10, 0.5),
     services=Pace(12, 1.0),
-    cancels=3,
 )
 
 
@@ -98,7 +93,6 @@ def _of_running(client: Client, bare_client: Client, plan: Plan) -> Iterator[Sec
         client.good("estimate", part=flat(body[1:], part_id))
     known = Known(CLAMP, LARGE, carried)
     yield services(client, bare_client, listener, known, plan.services)
-    yield cancelling(client, {CLAMP: "clamp", LARGE: carried.name}, plan.cancels)
 
 
 def _clamp() -> Body:

@@ -43,8 +43,10 @@ def surroundings() -> Iterator[tuple[Path, int]]:
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             "ROS_LOG_DIR": f"{name}/ros_log",
         }
-        # A publisher of meshes does not reach those who read latched ones alone.
-        set_logger_level("planner", LoggingSeverity.ERROR)
+        # A publisher of meshes does not reach those who read latched ones alone, and
+        # two clients have one name.
+        for name in ("planner", "rcl.logging_rosout"):
+            set_logger_level(name, LoggingSeverity.ERROR)
         yield Path(name), domain
 
 
