@@ -204,17 +204,22 @@ def write_all(number: int, buffers: Sequence[bytes | memoryview], offset: int) -
     return offset
 
 
+def write_new(path: Path, content: bytes) -> None:
+    """Write a file that is not there yet; its bytes, not its name, are on the disk."""
+    number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+    try:
+        write_all(number, [content], 0)
+        os.fsync(number)
+    finally:
+        os.close(number)
+
+
 def replace_file(path: Path, content: bytes) -> None:
     """Write a whole file under another name, then rename it."""
     half = path.with_name(path.name + HALF)
     try:
         half.unlink(missing_ok=True)  # it may be a pipe
-        number = os.open(half, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
-        try:
-            write_all(number, [content], 0)
-            os.fsync(number)
-        finally:
-            os.close(number)
+        write_new(half, content)
         half.replace(path)
     except OSError:
         with suppress(OSError):

@@ -50,7 +50,7 @@ def _any_file(file, chance):
         for path in (
             file,
             file.with_name(f"{NAME}-wal"),
-            *sorted(file.with_name(f"{file.stem}.meshes").glob("*")),
+            *sorted(file.with_name(f"{file.name}.meshes").glob("*")),
         )
         if path.exists()
     ]

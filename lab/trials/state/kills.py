@@ -13,9 +13,10 @@ from contextlib import contextmanager, suppress
 from tests.contract.node.harness.bags import bags_of
 
 from ..frame import Outcome, Setting
-from ..soak.life import Life, node_of
+from ..soak.life import PREFIX, Life, node_of
 from . import traffic
 from .ledger import PLATE, Ledger
+from .others import FilesOfOthers
 
 KILLS = 100
 SHARE_IN_START = 0.2
@@ -23,6 +24,9 @@ START_SECONDS = 4.0
 LIFE_SECONDS = 5.0
 DISK = 24
 """MiB of the disk that fills."""
+
+STATE = f"{PREFIX.strip('/').replace('/', '.')}.sqlite3"
+"""Of a node without another name for it, in its log directory."""
 
 
 def _node(ledger, **values):
@@ -89,20 +93,23 @@ def _outcome(ledger, tried, note=""):
 
 def kills(setting: Setting) -> Outcome:
     """Kill -9 at random moments: parts, jobs, counts, forgetting, fits on one state
-    file.
+    file, beside files of somebody else.
     """
     ledger = Ledger(setting.folder / "log")
+    others = FilesOfOthers(ledger.folder / STATE)
     chance = random.Random(setting.seed)
     number = setting.of(KILLS, 6)
     for _ in range(number):
         _one_life(ledger, chance, traffic.ALL)
         ledger.look_at_bags(sealed=False)
+        ledger.wrong += others.touched()
     _last_start(ledger)
     ledger.look_at_bags(sealed=True)
     ledger.wrong += [*ledger.not_in([ledger.folder]), *ledger.unlike_the_library()]
+    ledger.wrong += [*others.touched(), *others.leftovers()]
     if ledger.events["not recorded, and said so"]:
         ledger.wrong.append("the disk was sound, but NOT_RECORDED was said")
-    return _outcome(ledger, number)
+    return _outcome(ledger, number, f", {len(others)} files of others beside")
 
 
 def bags_that_go(setting: Setting) -> Outcome:

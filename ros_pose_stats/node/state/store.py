@@ -1,19 +1,15 @@
 """The node's state: changes are handed in by anybody and written many at a time."""
 
-import hashlib
 import os
 import sqlite3
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
 from ...base import errors, files
-from . import tables
+from . import mesh_files, tables
 from .tables import Change, Row
-
-# bytes of a mesh that lies in a file of its own: SQLite would write it twice
-LARGE = 64 * 2**10
 
 
 class State:
@@ -31,8 +27,13 @@ class State:
         say: Callable[[str], object] = lambda line: None,
         patience: float = tables.LOCK_SECONDS,
     ) -> None:
-        self.file = file
-        self.meshes = file.with_name(f"{file.stem}.meshes")
+        self.file = Path(os.path.realpath(file))
+        older_names = (
+            path.with_name(f"{path.stem}.meshes") for path in (file, self.file)
+        )
+        self.meshes = mesh_files.MeshFiles(
+            self.file.with_name(f"{self.file.name}.meshes"), older_names
+        )
         self.problem = self.set_aside = ""
         self._definitions = dict(definitions or {})
         self._convert = convert
@@ -50,9 +51,11 @@ class State:
         self._changing = threading.Lock()
         self.in_use = threading.Lock()  # held while the file is written or read
         self._filing = threading.Lock()  # held while files of meshes come or go
+        self._replaced: set[str] = set()  # files whose mesh may be no part's any more
         try:
             files.refuse_irregular(file)
             self._open(patience)
+            self._remove_replaced()
         except (files.NotAFileError, IsADirectoryError) as error:
             raise errors.RequestError(
                 "state_file to be a file",
@@ -76,18 +79,30 @@ class State:
 
     def put_mesh(self, part_id: str, message: bytes, *changes: Change) -> int:
         """Hand in the mesh of a part, a large one as a file, and its changes."""
-        row: Row = (part_id, message, "")
-        if len(message) < LARGE:
-            return self.put(Change("meshes", part_id, row), *changes)
-        name = hashlib.sha256(message).hexdigest()
+        if len(message) < mesh_files.LEAST_BYTES:
+            return self.put(Change("meshes", part_id, (part_id, message, "")), *changes)
+        name = mesh_files.name_of(message)
         with self._filing:
+            row: Row = (part_id, b"", name)
             # Where there is no file it is tried as a row, which says what is wrong.
-            with suppress(OSError):
-                files.make_directories(self.meshes)
-                if not (self.meshes / name).exists():
-                    files.replace_file(self.meshes / name, message)
-                row = part_id, b"", name
+            if not self._have_file(name, message):
+                row = (part_id, message, "")
             return self.put(Change("meshes", part_id, row), *changes)
+
+    def _have_file(self, name: str, message: bytes) -> bool:
+        """Have a mesh in a file, which the state knows as its own before it is made."""
+        if self.meshes.is_sound(name):
+            return True
+        if self.get("files", name) is None:
+            if self.meshes.has(name):  # somebody else's
+                return False
+            if not self.commit(self.put(Change("files", name, (name,)))):
+                return False
+        try:
+            self.meshes.write(name, message)
+        except OSError:
+            return False
+        return True
 
     def commit(self, number: int | None = None) -> bool:
         """Write a change and all before it, or all; whether they are on the disk.
@@ -128,6 +143,7 @@ class State:
             self._say(f"NOT_RECORDED: {problem}")
         elif is_news:
             self._say(f"the state file {self.file} is written again")
+        self._remove_replaced()
         return not problem
 
     def get(self, table: str, key: str | bytes) -> Row | None:
@@ -152,13 +168,7 @@ class State:
         if row is None:
             return None
         _, message, name = row
-        if not name:
-            return message
-        try:
-            message = files.read_file(self.meshes / name)
-        except OSError:
-            return None
-        return message if hashlib.sha256(message).hexdigest() == name else None
+        return self.meshes.read(name) if name else message
 
     def close(self) -> bool:
         """Write what waits, and let go of the file; whether all of it is written."""
@@ -192,10 +202,9 @@ class State:
             for table, key, _ in changes
             if table == "meshes"
         ]
-        replaced = {row[2] for row in rows if row is not None and row[2]}
         tables.write(link, changes)
-        if replaced:
-            self._remove_files(link, replaced)
+        with self._changing:
+            self._replaced |= {row[2] for row in rows if row is not None and row[2]}
 
     def _is_file_of_link(self) -> bool:
         """Whether the connection's file is still the one under its name."""
@@ -210,20 +219,40 @@ class State:
         files.make_directories(self.file.parent)
         if self._lock is None:
             self._lock = tables.lock_file(self.file, patience)
+        tables.refuse_hard_links(self.file)
         try:
-            self._use(self._connect_soundly())
+            link = self._connect_soundly()
         except Exception as error:
             if not tables.is_damage(error):
                 raise
-            self.set_aside = tables.set_aside(self.file, self.meshes)
+            self.set_aside = tables.set_aside(self.file)
             self._say(
                 f"the state file {self.file} cannot be read ({error}); it is now "
-                f"{self.set_aside}, and the node starts without it"
+                f"{self.set_aside}, and the node starts without it; meshes in "
+                f"{self.meshes.folder} stay there"
             )
-            self._use(self._connect_soundly())
-        if self.meshes.is_dir() and self._link is not None:
-            self._remove_files(
-                self._link, [path.name for path in self.meshes.iterdir()]
+            link = self._connect_soundly()
+        self._use(link)
+        self._copy_older_meshes(link)
+        with self._changing:
+            self._replaced |= {name for (name,) in tables.rows_of(link, "files")}
+
+    def _copy_older_meshes(self, link: sqlite3.Connection) -> None:
+        """Copy meshes from where older versions have them; `read` finds the others."""
+        copies = 0
+        with suppress(OSError, sqlite3.Error):
+            for name in tables.files_of_meshes(link):
+                message = None if self.meshes.has(name) else self.meshes.read(name)
+                if message is not None:
+                    tables.write(link, [Change("files", name, (name,))])
+                    self.meshes.write(name, message)
+                    copies += 1
+        if copies:
+            older_folders = " and ".join(map(str, self.meshes.older_folders))
+            self._say(
+                f"{copies} meshes of {older_folders} are copied to "
+                f"{self.meshes.folder}; the older ones may be deleted, unless another "
+                "node has its own there"
             )
 
     def _connect_soundly(self) -> sqlite3.Connection:
@@ -252,26 +281,41 @@ class State:
         files.make_directories(self.file.parent)
         self._unlock()  # the lock file may be gone, too
         self._lock = tables.lock_file(self.file, 0.0)
-        half_file = self.file.with_name(f"{self.file.name}{files.HALF}")
-        half_file.unlink(missing_ok=True)
         for end in ("-wal", "-shm"):
             Path(f"{self.file}{end}").unlink(missing_ok=True)
-        copy = sqlite3.connect(half_file)
-        old.backup(copy)
-        copy.close()
-        half_file.replace(self.file)
+
+        def write_copy(folder: Path) -> None:
+            copy = sqlite3.connect(folder / self.file.name)
+            old.backup(copy)
+            copy.close()
+
+        files.write_whole(self.file.parent, write_copy)
         self._use(tables.connect(self.file))
         self._say(f"the state file {self.file} was deleted, and is made anew")
 
-    def _remove_files(self, link: sqlite3.Connection, names: Iterable[str]) -> None:
-        """Remove files of meshes that no part has any more."""
-        with self._filing:
-            with self._changing:
-                pending = {
-                    row[2]
-                    for (table, _), (row,) in self._pending.items()
-                    if table == "meshes" and row is not None
-                }
-            for name in set(names) - tables.files_of_meshes(link) - pending:
-                with suppress(OSError):
-                    (self.meshes / name).unlink()
+    def _remove_replaced(self) -> None:
+        """Remove files that no part has any more; later, where one is being made."""
+        if not self._filing.acquire(blocking=False):
+            return
+        try:
+            for name in self._unused_files():
+                if self.meshes.remove(name):
+                    self.put(Change("files", name, None))
+        finally:
+            self._filing.release()
+
+    def _unused_files(self) -> set[str]:
+        """Which of the replaced files are the state's own, and no part's any more."""
+        with self._changing:
+            names = self._replaced
+            self._replaced = set()
+            pending = {
+                row[2]
+                for (table, _), (row,) in self._pending.items()
+                if table == "meshes" and row is not None
+            }
+        with self.in_use, suppress(sqlite3.Error):
+            if names and self._link is not None:
+                own = {name for (name,) in tables.rows_of(self._link, "files")}
+                return (names & own) - pending - tables.files_of_meshes(self._link)
+        return set()

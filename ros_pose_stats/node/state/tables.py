@@ -5,6 +5,7 @@ import fcntl
 import itertools
 import json
 import os
+import re
 import sqlite3
 import time
 import zlib
@@ -16,7 +17,7 @@ from typing import Any, NamedTuple
 
 from ...base.errors import PoseStatsError, RequestError, reason
 
-VERSION = 3
+VERSION = 4
 APPLICATION = 0x52505353  # what the file's header says of its kind
 COLUMNS = {  # the first one is the key; each row has a checksum behind the others
     "parts": "part_id TEXT PRIMARY KEY, digest TEXT, content BLOB, restitution REAL, "
@@ -32,7 +33,10 @@ COLUMNS = {  # the first one is the key; each row has a checksum behind the othe
     "counted": "identity BLOB PRIMARY KEY",
     "jobs": "job_id TEXT PRIMARY KEY, state INTEGER, event BLOB, answer BLOB",
     "facts": "name TEXT PRIMARY KEY, value TEXT",
+    # of meshes that this state has written, or is about to, and has not removed
+    "files": "name TEXT PRIMARY KEY",
 }
+ALWAYS = {"parts", "meshes", "facts"}  # tables of every version
 OF_PARTS = ("parts", "meshes", "results", "counts", "flips")  # whose key is a part_id
 MESSAGES = {
     "meshes": {1: "PartMesh"},
@@ -44,6 +48,7 @@ LOCK_SECONDS = 5.0  # to wait for the lock of another process
 POLL_SECONDS = 0.05
 # for which another program that looks into the file may hold a commit up
 BUSY_SECONDS = 2.0
+_PROCESS = re.compile(rb"[0-9\0]{0,20}\n?")  # a lock file; zeros are of a power cut
 _TROUBLE = ("unable to open", "readonly", "disk i/o", "is full", "is locked")
 """What SQLite says of a disk that cannot be used; all else is of the file itself."""
 
@@ -92,19 +97,40 @@ def lock_file(file: Path, seconds: float) -> int:
             )
         time.sleep(POLL_SECONDS)
     with suppress(OSError):  # of a disk that can only be read
-        os.ftruncate(number, 0)
-        os.pwrite(number, f"{os.getpid()}\n".encode(), 0)
+        # What somebody else has written there stays; it can be locked all the same.
+        if _PROCESS.fullmatch(os.pread(number, 22, 0)):
+            os.ftruncate(number, 0)
+            os.pwrite(number, f"{os.getpid()}\n".encode(), 0)
     return number
 
 
 def _open_lock(path: Path, file: Path) -> int:
     """Open a lock file; on a read-only disk it may have to be the file itself."""
+    flags = os.O_NONBLOCK | os.O_NOFOLLOW
     try:
-        return os.open(path, os.O_RDWR | os.O_CREAT | os.O_NONBLOCK, 0o666)
+        return os.open(path, flags | os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as error:
+        if error.errno == errno.ELOOP:
+            raise RequestError(
+                f"a lock file beside state_file ({path})",
+                "a symbolic link",
+                "remove it, or name another state file",
+            ) from error
         if error.errno != errno.EROFS:
             raise
-        return os.open(path if path.exists() else file, os.O_RDONLY | os.O_NONBLOCK)
+        return os.open(path if path.exists() else file, flags | os.O_RDONLY)
+
+
+def refuse_hard_links(file: Path) -> None:
+    """Refuse a file of several names: each name would have a lock of its own."""
+    with suppress(FileNotFoundError):
+        names = file.stat().st_nlink
+        if names > 1:
+            raise RequestError(
+                f"a state file with one name (parameter state_file, {file})",
+                f"a file with {names} names (hard links)",
+                "remove the others; copies and symbolic links do no harm",
+            )
 
 
 def is_trouble(error: sqlite3.Error) -> bool:
@@ -176,7 +202,7 @@ def _check_version(link: sqlite3.Connection, file: Path) -> None:
         name
         for (name,) in link.execute("SELECT name FROM sqlite_master WHERE type='table'")
     }
-    if kind != APPLICATION and tables and not tables & COLUMNS.keys():
+    if kind != APPLICATION and tables and not tables >= ALWAYS:
         raise RequestError(
             f"state_file to be a node's own ({file})",
             "an SQLite file of another program",
@@ -281,14 +307,14 @@ def update_messages(
     write(link, changes)
 
 
-def set_aside(file: Path, meshes: Path) -> str:
-    """Give a file that cannot be read, and those beside it, another name; that name."""
+def set_aside(file: Path) -> str:
+    """Give a file that cannot be read, and its log, another name; that name."""
     stamp = f"{file.name}.unreadable-{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}"
     names = itertools.chain(
         [stamp], (f"{stamp}-{number}" for number in itertools.count(2))
     )
     name = next(name for name in names if not file.with_name(name).exists())
-    for path, end in ((Path(f"{file}-wal"), "-wal"), (meshes, ".meshes"), (file, "")):
+    for path, end in ((Path(f"{file}-wal"), "-wal"), (file, "")):
         with suppress(FileNotFoundError):
             path.rename(file.with_name(name + end))
     Path(f"{file}-shm").unlink(missing_ok=True)

@@ -279,17 +279,17 @@ def test_large_meshes_lie_beside_the_file_as_long_as_a_part_has_them(file, opene
     for name, mesh in (("one", LARGE), ("two", LARGE), ("small", b"mesh")):
         state.put_mesh(name, mesh)
     state.put(Change("meshes", "one", None))
-    assert state.commit() and len(list(state.meshes.iterdir())) == 1
+    assert state.commit() and len(list(state.meshes.folder.iterdir())) == 1
     assert (state.mesh("one"), state.mesh("two"), state.mesh("small")) == (
         None,
         LARGE,
         b"mesh",
     )
-    (stored,) = state.meshes.iterdir()
+    (stored,) = state.meshes.folder.iterdir()
     stored.write_bytes(LARGE[:-1] + b"?")
     assert state.mesh("two") is None  # rather than another mesh
     state.put_mesh("two", b"mesh")
-    assert state.commit() and list(state.meshes.iterdir()) == []
+    assert state.commit() and list(state.meshes.folder.iterdir()) == []
 
 
 def test_an_index_that_leads_nowhere_is_damage(file, opened):
