@@ -2,7 +2,8 @@
 
 It is used as it lies there, and some of it is code. So every folder and file is root's
 or one's own, and writable by nobody else; it is opened without following links, and
-looked at once it is open.
+looked at once it is open. In the folders on the way to it nobody else can put another
+one in its place.
 """
 
 import errno
@@ -25,6 +26,7 @@ _LONGEST_WRITE = 3600.0
 """Seconds; hundreds of megabytes take some."""
 
 OTHERS = stat.S_IWGRP | stat.S_IWOTH
+UNTRUSTED = "others can write there"
 
 
 def cache_folders() -> Iterator[Path]:
@@ -63,9 +65,7 @@ def _open_trusted(name: str | Path, flags: int, folder: int | None = None) -> in
             mode &= ~OTHERS
         is_kind = stat.S_ISDIR(mode) if is_folder else stat.S_ISREG(mode)
         if status.st_uid not in (0, os.getuid()) or mode & OTHERS or not is_kind:
-            raise PermissionError(
-                errno.EPERM, "others may have written it", os.fspath(name)
-            )
+            raise PermissionError(errno.EPERM, UNTRUSTED, os.fspath(name))
     except OSError:
         os.close(number)
         raise
@@ -85,13 +85,24 @@ def _open_below(folder: Path, names: list[str], flags: int) -> int:
     return number
 
 
-def is_trusted(folder: Path) -> bool:
-    """Whether a folder of a cache, and the cache, are root's or one's own."""
-    try:
-        os.close(_open_below(folder.parent, [folder.name], os.O_DIRECTORY))
-    except OSError:
-        return False
-    return True
+def refuse_untrusted(folder: Path) -> None:
+    """Refuse a folder of a cache that others could have filled; raises OSError."""
+    cache = folder.parent
+    for path in {*cache.absolute().parents, *Path(os.path.realpath(cache)).parents}:
+        for status in (path.lstat(), path.stat()):
+            # Where the sticky bit is set, as in /tmp, others cannot rename what is mine.
+            is_open = status.st_mode & OTHERS and not status.st_mode & stat.S_ISVTX
+            if status.st_uid not in (0, os.getuid()) or (
+                is_open and not stat.S_ISLNK(status.st_mode)
+            ):
+                raise PermissionError(errno.EPERM, UNTRUSTED, os.fspath(path))
+    os.close(_open_below(cache, [folder.name], os.O_DIRECTORY))
+
+
+def open_to_all(folder: Path) -> None:
+    """Let everybody read what is in a folder, and nobody else write there."""
+    for path in (folder, *folder.rglob("*")):
+        path.chmod(0o755 if path.is_dir() else 0o644)
 
 
 class DamagedError(Exception):
@@ -163,7 +174,8 @@ class BoundedCache:
             folder = cache / self._name
             with suppress(OSError):
                 make_folder(folder)
-                if is_trusted(folder) and os.access(folder, os.W_OK):
+                refuse_untrusted(folder)
+                if os.access(folder, os.W_OK):
                     return folder
         return None
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cached_property, update_wrapper
 from importlib import import_module
+from pathlib import Path
 from pkgutil import walk_packages
 from threading import RLock, Thread
 from typing import Any, TypeVar
@@ -14,7 +15,13 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import typeof_impl
 
 from .array_types import signature_of
-from .machine_code import NAME, KernelDispatcher, KernelFile, cache_directory, config
+from .machine_code import (
+    KernelDispatcher,
+    KernelFile,
+    cache_directory,
+    complaint_about_caches,
+    config,
+)
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -95,9 +102,9 @@ class EntryKernel(KernelDispatcher):
         """Of the function."""
         return str(self.py_func.__name__)
 
-    def is_stored(self) -> bool:
-        """Whether sound machine code lies on the disk."""
-        return self._cache.read() is not None
+    def store(self) -> Path | None:
+        """The folder in which sound machine code lies; None where there is none."""
+        return self._cache.store()
 
     def prepare(self) -> None:
         """Load the machine code, or compile it where there is none."""
@@ -165,6 +172,17 @@ def filling_store(fill: Callable[[], object]) -> Iterator[None]:
         KernelFile.fill_store = None
 
 
+def announcement() -> str:
+    """What to say before kernels are compiled: how long it takes, and how often."""
+    complaint = complaint_about_caches()
+    if complaint:
+        return (
+            "compiling kernels, at every start for a minute, since they can be kept "
+            f"nowhere: {complaint}"
+        )
+    return "compiling kernels for this machine, once; it takes a minute or two"
+
+
 FAMILIES = (
     ("drops.drop", "drops.evolve"),
     ("levels.splits", "features.split_features", "features.corner_crowding"),
@@ -178,14 +196,14 @@ GLANCE = 0.1  # seconds between looks at what has been stored
 def compile_missing(on_progress: Callable[[int, int], object]) -> int:
     """Compile all kernels that are not stored, on all cores; return their number.
 
-    Nothing is done where the code could be kept for this process alone.
+    Nothing is done where the code cannot be kept: each process makes its own.
     """
     import multiprocessing  # which nothing else wants
     from concurrent.futures import ProcessPoolExecutor, wait
 
-    missing = [kernel for kernel in all_kernels() if not kernel.is_stored()]
+    missing = [kernel for kernel in all_kernels() if kernel.store() is None]
     total = len(missing)
-    if not missing or cache_directory().parent.name != NAME:
+    if not missing or cache_directory() is None:
         return 0
     families: list[list[str]] = [[] for _ in (*FAMILIES, "all others")]
     for kernel in missing:
@@ -204,7 +222,7 @@ def compile_missing(on_progress: Callable[[int, int], object]) -> int:
             finished, pending = wait(pending, GLANCE)
             for future in finished:
                 future.result()
-            missing = [kernel for kernel in missing if not kernel.is_stored()]
+            missing = [kernel for kernel in missing if kernel.store() is None]
             on_progress(total - len(missing), total)
     return total
 

@@ -9,19 +9,20 @@ numba's own cache goes by the path and time stamp of the file that defines a fun
 and does not notice an edit in a helper or a constant imported from elsewhere. Here it
 is one file a kernel, in a folder whose name is a digest of every source that a kernel
 can depend on and of the compiler, and below it of the baseline: any checkout or
-installation of the same sources finds it.
+installation of the same sources finds it. It is looked for in the user's cache, and
+beside the installation, where `compile --system` keeps it for all users.
 
 numba has no public way to either. Each of its private members that is used says what it
 is for.
 """
 
+import errno
 import hashlib
 import os
 import pickle
 import sys
-import tempfile
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cached_property, lru_cache, partial
 from pathlib import Path
@@ -38,11 +39,15 @@ import numba
 from numba.core.runtime import rtsys
 
 from ...base import caches
+from ...base.errors import reason
 
 core: Any = numba.core
 config: Any = core.config  # its names are made at import and unknown to type checkers
 
 NAME = caches.NAME
+
+INSTALLED = Path(__file__).resolve().parents[2] / "__compiled__"
+"""A cache beside the installation, as `__pycache__` is for modules."""
 
 ENVIRONMENT = "_ZN08NumbaEnv"
 """What the name of a function's environment begins with."""
@@ -221,23 +226,71 @@ def source_digest() -> str:
     return digest.hexdigest()[:16]
 
 
-@lru_cache(maxsize=1)
-def cache_directory() -> Path:
-    """Directory of the machine code: `$NUMBA_CACHE_DIR` or the user's cache, by digest.
+def target() -> str:
+    """Name of the folder of what is compiled for processors like this one."""
+    return f"{baseline()}{'-svml' if config.USING_SVML else ''}"
 
-    Else a folder for this process alone.
-    """
-    name = source_digest()
+
+@lru_cache(maxsize=1)
+def _own_store() -> tuple[Path | None, str]:
+    """The user's folder of machine code; where there is none, why."""
+    complaints = []
     for cache in caches.cache_folders():
-        directory = cache / name
-        with suppress(OSError):
+        directory = cache / source_digest()
+        try:
             caches.make_folder(directory)
+            caches.refuse_untrusted(directory)
+        except OSError as error:
+            complaints.append(f"{error.filename} ({reason(error)})")
+            continue
         # A store that root has filled for all is as good as one's own.
-        if caches.is_trusted(directory) and (
-            os.access(directory, os.W_OK) or any(directory.glob("*/*.code"))
-        ):
-            return directory
-    return Path(tempfile.mkdtemp(prefix="ros_pose_stats_"))
+        is_filled = any((directory / target()).glob("*.code"))
+        if is_filled or os.access(directory, os.W_OK):
+            return directory, ""
+        complaints.append(f"{directory} (cannot be written)")
+    return None, ", ".join(complaints) or "no folder is named for a cache"
+
+
+def cache_directory() -> Path | None:
+    """Directory of the user's machine code, by digest; None where there is none.
+
+    Below `$NUMBA_CACHE_DIR`, else `$XDG_CACHE_HOME`, else `~/.cache`.
+    """
+    return _own_store()[0]
+
+
+def complaint_about_caches() -> str:
+    """Why machine code cannot be kept for this user; empty where it can be."""
+    return _own_store()[1]
+
+
+def shared_store() -> Path:
+    """Directory of machine code for all users of this installation."""
+    return INSTALLED / NAME / source_digest()
+
+
+def choose_shared_store() -> Path:
+    """Keep machine code for all users, here and in processes started; raises OSError."""
+    store = shared_store()
+    caches.make_folder(store)
+    caches.refuse_untrusted(store)
+    if not os.access(store, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(store))
+    os.environ["NUMBA_CACHE_DIR"] = str(INSTALLED)
+    _own_store.cache_clear()
+    stores.cache_clear()
+    return store
+
+
+@lru_cache(maxsize=1)
+def stores() -> tuple[Path, ...]:
+    """Where machine code is looked for; what others could have written is left out."""
+    own_store = cache_directory()
+    shared = shared_store()
+    with suppress(OSError):
+        caches.refuse_untrusted(shared)
+        return (shared,) if own_store in (None, shared) else (own_store, shared)
+    return () if own_store is None else (own_store,)
 
 
 class KernelFile:
@@ -254,24 +307,24 @@ class KernelFile:
     def __init__(self, name: str) -> None:
         self._name = name
 
-    @cached_property
-    def file(self) -> Path:
-        """Where it is, or will be."""
-        vectors = "-svml" if config.USING_SVML else ""
-        return cache_directory() / f"{baseline()}{vectors}" / f"{self._name}.code"
+    def _copies(self) -> Iterator[tuple[Path, tuple[Any, ...]]]:
+        """Stores that have it, each with the compiled kernel in pieces."""
+        for store in stores():
+            try:
+                content = caches.read_sealed(store, f"{target()}/{self._name}.code")
+                yield store, pickle.loads(content)
+            except FileNotFoundError:
+                continue
+            except Exception as error:
+                self._warn(f"in {store} cannot be read", error)
 
     def read(self) -> tuple[Any, ...] | None:
         """A compiled kernel in pieces; None where there is none or a damaged one."""
-        try:
-            folder, name = self.file.parts[-2:]
-            content = caches.read_sealed(cache_directory(), f"{folder}/{name}")
-            pieces: tuple[Any, ...] = pickle.loads(content)
-            return pieces
-        except FileNotFoundError:
-            return None
-        except Exception as error:
-            self._warn("read", error)
-            return None
+        return next((pieces for _, pieces in self._copies()), None)
+
+    def store(self) -> Path | None:
+        """Where it is sound, the first of such stores."""
+        return next((store for store, _ in self._copies()), None)
 
     def load_overload(self, _: Any, context: Any) -> Any:
         """The compiled kernel, None where it is still to be compiled."""
@@ -293,16 +346,18 @@ class KernelFile:
         # The last are environments of helpers, which hold nothing; to load them means
         # to import the modules that they are from, half of numba and scipy.
         *pieces, _ = compiled._reduce()
+        store = cache_directory()
+        if store is None:
+            return
         try:
             content = core.serialize.dumps((*pieces, ()))
-            caches.write_sealed(self.file, content)
+            caches.write_sealed(store / target() / f"{self._name}.code", content)
         except OSError as error:
-            self._warn("written", error)
+            self._warn(f"in {store} cannot be written", error)
 
-    def _warn(self, action: str, error: Exception) -> None:
+    def _warn(self, failure: str, error: Exception) -> None:
         warnings.warn(
-            f"machine code of {self._name} in {self.file.parent} cannot be {action} "
-            f"({type(error).__name__}: {error})",
+            f"machine code of {self._name} {failure} ({type(error).__name__}: {error})",
             RuntimeWarning,
             stacklevel=2,
         )

@@ -15,6 +15,7 @@ from ...base.worker import ProcessDiedError, TookLongError, Worker
 from ...core.estimators.estimate import estimate_in
 from ...core.kernels.compilation import (
     all_kernels,
+    announcement,
     compile_missing,
     filling_store,
     prepare_kernels,
@@ -52,7 +53,7 @@ def warm_up(say: Callable[..., object]) -> None:
     """Have the machine code of every kernel at hand; says so if that takes a minute."""
 
     def fill() -> None:
-        say("compiling kernels, once for all later starts; it takes a minute or two")
+        say(announcement())
         compile_missing(
             lambda count, total: say(
                 f"{count} of {total} kernels compiled",

@@ -9,6 +9,8 @@ import pytest
 from ros_pose_stats.base.caches import BoundedCache
 from ros_pose_stats.base.files import PREFIX
 
+NOBODY = 65534
+
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
@@ -99,9 +101,37 @@ def test_nobody_else_may_write_there(cache):
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="only root gives files away")
-@pytest.mark.parametrize("name", [".", "a", ".."])
+@pytest.mark.parametrize("name", [".", "a", "..", "../..", "../../.."])
 def test_what_another_user_owns_is_not_used(cache, name):
+    """Nor what lies in a folder of that user, where it may have been put."""
     meshes, folder = cache
     meshes.keep("a", b"content")
-    os.chown(folder / name, 65534, 65534)
+    os.chown(folder / name, NOBODY, NOBODY)
+    assert meshes.find("a") is None
+
+
+@pytest.mark.parametrize(
+    ("mode", "content"), [(0o777, None), (0o775, None), (0o1777, b"content")]
+)
+def test_a_folder_on_the_way_where_others_may_rename_is_not_passed(
+    cache, mode, content
+):
+    """Where the sticky bit is set, as in /tmp, they may not."""
+    meshes, folder = cache
+    meshes.keep("a", b"content")
+    folder.parent.parent.chmod(mode)
+    assert meshes.find("a") == content
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root gives files away")
+def test_a_link_of_another_user_is_not_followed_on_the_way(
+    cache, tmp_path, monkeypatch
+):
+    meshes, _ = cache
+    meshes.keep("a", b"content")
+    link = tmp_path / "link"
+    link.symlink_to(tmp_path / "cache")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(link))
+    assert meshes.find("a") == b"content"
+    os.chown(link, NOBODY, NOBODY, follow_symlinks=False)
     assert meshes.find("a") is None

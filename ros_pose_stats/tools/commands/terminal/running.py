@@ -173,17 +173,13 @@ def compile_missing() -> int:
 @contextmanager
 def announce_slow_start() -> Iterator[None]:
     """Where the context needs a kernel that is not stored, say so and compile all."""
-    from ....core.kernels.compilation import filling_store
+    from ....core.kernels import compilation
 
     def fill() -> None:
-        print(
-            "ros_pose_stats: compiling kernels for this machine, once; it takes a "
-            "minute or two",
-            file=sys.stderr,
-        )
+        print(f"ros_pose_stats: {compilation.announcement()}", file=sys.stderr)
         compile_missing()
 
-    with filling_store(fill):
+    with compilation.filling_store(fill):
         yield
 
 
