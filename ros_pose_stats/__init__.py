@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from .core.estimators.estimate import estimate_all
     from .core.mesh.parts import load_part, part_from_mesh, shift_center
     from .core.planning.auto import auto, estimate
-    from .core.planning.feeding_plan import FeederCell, FeedingPlan, plan_feeding
+    from .core.planning.feeder_cell import FeederCell
+    from .core.planning.feeding_plan import FeedingPlan, plan_feeding
     from .core.planning.hybrid import hybrid
     from .core.records.drops import DropEvent, DropProgress, FlipStatistics, Trajectory
     from .core.records.part import Part
@@ -51,7 +52,8 @@ _HOMES = {
         ("core.estimators", "estimate_all"),
         ("core.mesh.parts", "load_part part_from_mesh shift_center"),
         ("core.planning.auto", "auto estimate"),
-        ("core.planning.feeding_plan", "FeederCell FeedingPlan plan_feeding"),
+        ("core.planning.feeder_cell", "FeederCell"),
+        ("core.planning.feeding_plan", "FeedingPlan plan_feeding"),
         ("core.planning.hybrid", "hybrid"),
         ("tools.bags.comparisons", "analyse_bags"),
         (

@@ -32,7 +32,7 @@ COMMANDS = (
     "animate PART -o FOLDER/drop.mcap --seed 1",
     "animate PART -o FOLDER/drop.gif --seed 1",
     "compare PART PART --drops 50 -o FOLDER/comparison.html",
-    "flips PART --kick 10mm --flips 20 --drops 50 --wanted 0",
+    "flips PART --kick 10mm --flips 20 --wanted 0",
     "feeding PART --wanted 0 --plate 300mm 200mm --flips 20 --kicks 5mm 10mm",
     "sensitivity PART --wanted 0 --drops 50 --checks 1 --suggest --within 1mm",
     "catalogue PART -o FOLDER/catalogue",

@@ -233,8 +233,6 @@ def requests_of_part(file, radius):
                 repr(radius),
                 "--flips",
                 "200",
-                "--drops",
-                "500",
                 "--seed",
                 "4",
                 *wanted_poses,

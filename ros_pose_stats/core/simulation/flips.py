@@ -29,6 +29,8 @@ OnCount = Callable[[int, int], object] | None
 """Takes the number done, and of all."""
 
 DEFAULT_FLIPS = 2000  # flips a pose: a share is told to a point
+FLIPS_IN_ALL = 10_000
+"""Flips of a kick in a plan, shared out over the poses; a node takes as many."""
 
 LOWEST_KICK_RADII = 0.05
 HIGHEST_KICK_RADII = 5.0
@@ -208,6 +210,11 @@ def check_kick(kick_height: float) -> float:
             "half the part's radius flips most parts",
         )
     return kick
+
+
+def flips_per_pose(poses: int, number: int | None) -> int:
+    """Flips out of each pose of a part: their number, or the usual one."""
+    return max(1, FLIPS_IN_ALL // poses) if number is None else number
 
 
 def usual_kicks(radius: float) -> tuple[float, ...]:

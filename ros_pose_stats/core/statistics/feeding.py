@@ -1,9 +1,6 @@
-"""What a feeder gets out of a part: accepted parts, passes, flips, intervals.
+"""Shares that a feeder accepts, with intervals, and flips that a cell has counted.
 
-Parts are looked at one after another. One that lies in a wanted pose is accepted. The
-others are sent back and dropped afresh, or kicked where they lie until they lie right.
-The errors are those of the probabilities by the delta method, of first order in them.
-Flips that a cell has counted are combined with those of the model.
+Counted flips are combined with those of the model.
 """
 
 import math
@@ -31,40 +28,9 @@ class Bounded(NamedTuple):
     high: float
 
 
-class Feeding(NamedTuple):
-    """What becomes of the parts that are dropped."""
-
-    accepted: Bounded  # share of the dropped parts that are accepted from this drop
-    passes: Bounded  # drops that an accepted part took
-    # flips that an accepted part took; infinite where a pose that is not wanted can
-    # keep a part for ever
-    flips: Bounded
-    per_minute: Bounded  # accepted parts a minute
-
-
 CERTAIN_DROPS = 1e15  # so many drops would leave no error but that of rounding
-NO_FLIPS = Bounded(0.0, 0.0, 0.0)
 CERTAINTY = Bounded(1.0, 1.0, 1.0)
-
-
-def drop_afresh(
-    dropped: PoseShares, wanted_poses: Sequence[int], rate: float = math.nan
-) -> Feeding:
-    """Feed a part by dropping those again that lie wrong.
-
-    `wanted_poses`: indices of the poses that are accepted, at least one; `rate`: parts
-    dropped a minute, those sent back included, above 0; NaN where it is not known.
-    """
-    is_wanted = check_wanted_poses(wanted_poses, dropped.probability.size)
-    if not math.isnan(rate):
-        check_rate(rate)
-    accepted_share = _accepted_share(dropped, is_wanted)
-    return Feeding(
-        accepted_share,
-        passes_of(*accepted_share),
-        NO_FLIPS,
-        Bounded(*(rate * share for share in accepted_share)),
-    )
+NO_FLIPS = Bounded(0.0, 0.0, 0.0)
 
 
 def passes_of(share: float, low: float, high: float) -> Bounded:
@@ -75,112 +41,47 @@ def passes_of(share: float, low: float, high: float) -> Bounded:
     return Bounded(value, low_passes, high_passes)
 
 
-def flip_wrong_poses(
-    dropped: PoseShares,
-    counts: ArrayLike,
-    wanted_poses: Sequence[int],
-    rate: float,
-    cycle_time: float,
-) -> Feeding:
-    """Feed a part by kicking those that lie wrong until they lie right.
+def relative_bounds(error: float) -> tuple[float, float]:
+    """Factors from a positive number to the ends of its 90 % interval.
 
-    A part that is dropped takes 60 / rate seconds, and each flip as long as a cycle.
-    `counts` (K, K): flips out of each pose, by the pose in which they ended.
+    `error`: its relative standard error. The number is log-normal, or where it is
+    hardly known, which would leave it no bound, normal and not negative.
     """
-    flips = np.asarray(counts, dtype=float)
-    is_wanted = check_wanted_poses(wanted_poses, dropped.probability.size)
-    check_rate(rate, cycle_time)
-    settled_flips = flips.sum(axis=1)
-    uncounted = np.flatnonzero(~is_wanted & ~(settled_flips > 0.0))
-    if uncounted.size:
-        raise RequestError(
-            "flips counted out of every pose that is not wanted",
-            f"none out of pose {uncounted[0]}",
-            "simulate more flips",
-        )
-    if is_wanted.all():
-        return drop_afresh(dropped, wanted_poses, rate)
-
-    wrong = np.flatnonzero(~is_wanted)
-    shares = dropped.probability
-    moves = flips[wrong] / settled_flips[wrong, None]
-    leaving = _can_be_accepted(moves, is_wanted, wrong)
-    if not leaving.all():
-        # In the end a part lies there for ever; those that arrive before are accepted.
-        escaping = wrong[leaving]
-        moves = moves[leaving]
-        arrive = np.linalg.solve(
-            np.eye(escaping.size) - moves[:, escaping], moves[:, is_wanted].sum(axis=1)
-        )
-        accepted_share = float(shares[is_wanted].sum() + shares[escaping] @ arrive)
-        return Feeding(
-            Bounded(accepted_share, math.nan, math.nan),
-            Bounded(math.nan, math.nan, math.nan),
-            Bounded(math.inf, math.nan, math.nan),
-            Bounded(0.0, 0.0, math.nan),
-        )
-
-    value, error = _flips_needed(dropped, moves, flips[wrong], wrong)
-    spread = spread_of(error / value) if value else 1.0
-    needed = Bounded(value, value / spread, value * spread)
-    per_minute = [
-        60.0 / (60.0 / rate + flip_count * cycle_time)
-        for flip_count in (value, needed.high, needed.low)
-    ]
-    return Feeding(CERTAINTY, CERTAINTY, needed, Bounded(*per_minute))
+    deviations = -float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL)))
+    if error > 1.0:
+        return 0.0, 1.0 + deviations * error
+    return math.exp(-deviations * error), math.exp(deviations * error)
 
 
-def spread_of(error: float) -> float:
-    """Factor to the end of the 90 % interval of a log-normal number."""
-    return math.exp(-float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL))) * error)
+def with_bounds(value: float, variance: float) -> Bounded:
+    """A positive number with its interval; `variance`: the relative one."""
+    low, high = relative_bounds(math.sqrt(variance))
+    return Bounded(value, value * low, value * high)
 
 
-def _flips_needed(
-    dropped: PoseShares, moves: Array, flips: Array, wrong: Index
-) -> tuple[float, float]:
-    """Flips that a dropped part needs on average, and the standard error of that.
-
-    With T the moves among the wrong poses: g = (I - T)^-1 1 flips are needed out of
-    each, and each is visited v = p (I - T)^-1 times. A change dT of the matrix changes
-    p g by v dT g.
-    """
-    shares = dropped.probability
-    inner = np.eye(wrong.size) - moves[:, wrong]
-    needed = np.zeros(shares.size)
-    needed[wrong] = np.linalg.solve(inner, np.ones(wrong.size))
-    visits = np.linalg.solve(inner.T, shares[wrong])
-    smoothed_shares = (flips + 0.5) / (flips.sum(axis=1) + 0.5 * shares.size)[:, None]
-    rows = smoothed_shares @ needed**2 - (smoothed_shares @ needed) ** 2
-    variance = float(visits**2 @ (rows / flips.sum(axis=1)))
-    if dropped.drops != math.inf:
-        variance += dropped.scatter(needed) / dropped.drops
-    return float(shares @ needed), math.sqrt(variance)
-
-
-def _can_be_accepted(moves: Array, is_wanted: Mask, wrong: Index) -> Mask:
-    """From which wrong poses a wanted one can be reached by the flips counted."""
-    is_escaping = moves[:, is_wanted].any(axis=1)
-    while True:
-        reached = is_escaping | (moves[:, wrong[is_escaping]] > 0.0).any(axis=1)
-        if (reached == is_escaping).all():
-            return np.asarray(is_escaping)
-        is_escaping = reached
-
-
-def _accepted_share(dropped: PoseShares, is_wanted: Mask) -> Bounded:
+def accepted_share(dropped: PoseShares, wanted_poses: Sequence[int] | Index) -> Bounded:
     """Share of some poses; symmetry tells how a unit's share is shared out."""
+    is_wanted = np.zeros(dropped.probability.size, dtype=np.bool_)
+    is_wanted[list(wanted_poses)] = True
     if is_wanted.all():
         return CERTAINTY
     drops = dropped.drops
     share = min(1.0, float(dropped.probability[is_wanted].sum()))
-    if math.isnan(drops):
-        return Bounded(share, math.nan, math.nan)
     if 0.0 < share < 1.0:
         scatter = dropped.scatter(is_wanted.astype(np.float64))
         drops *= share * (1.0 - share) / scatter if scatter else math.inf
+    return counted_share(share, drops)
+
+
+def counted_share(share: float, drops: float) -> Bounded:
+    """A share as if counted in so many drops; NaN where nothing is known of them."""
+    if math.isnan(drops):
+        return Bounded(share, math.nan, math.nan)
     if drops > CERTAIN_DROPS:
         return Bounded(share, share, share)
-    return Bounded(share, *map(float, jeffreys_interval(share * drops, drops)))
+    low, high = map(float, jeffreys_interval(share * drops, drops))
+    # Of less than a drop both ends are above the share.
+    return Bounded(share, min(low, share), max(high, share))
 
 
 def check_wanted_poses(wanted_poses: Sequence[int], poses: int) -> Mask:

@@ -14,7 +14,8 @@ from ros_pose_stats_msgs import msg
 from ros_pose_stats_msgs.action import PlanFeeding
 
 from ...base.errors import RequestError
-from ...core.planning.feeding_plan import FeederCell, FeedingPlan, plan_feeding
+from ...core.planning.feeder_cell import FeederCell
+from ...core.planning.feeding_plan import FeedingPlan, plan_feeding
 from ...core.records import FlipStatistics
 from ...core.simulation.flips import check_kick, usual_kicks
 from ...core.statistics import feeding, pose_groups
@@ -180,14 +181,17 @@ class PlanFeedingServer(GoalServer[Plan]):
         message = latched.message
         kick = settings.kick(request.kick_height)
         feeding.check_wanted_poses(request.wanted, len(message.poses))
-        feeding.check_rate(request.dropped_per_minute, request.cycle_seconds)
         cell = _feeder_cell(request)
         counted_flips = None
         if request.feeder_setting:
             counted_flips = part.find_flips(message, request.feeder_setting)
-        heights = [kick] if kick else []
-        if not kick and (cell is not None or counted_flips is not None):
-            heights = list(request.kick_heights or usual_kicks(message.radius))
+        heights = [kick]
+        if not kick:
+            heights = list(
+                cell.kick_heights(message.radius, request.kick_heights or None)
+            )
+        if not heights and counted_flips is not None:
+            heights = list(usual_kicks(message.radius))
         flips = yield from self._flip(part, latched, heights, plan)
         if not response.success:
             return
@@ -198,35 +202,28 @@ class PlanFeedingServer(GoalServer[Plan]):
             kicks = [replace(kick, poses=poses) for kick in flips]
             flips = [feeding.learn_flips(kicks, counted_flips, request.feeder_setting)]
             basis += f" and {flips[0].counted_flips} seen"
-        chosen_flips = flips[0] if flips else None
-        if cell is not None:
+        question = statistics, list(request.wanted), cell, flips
+        if flips or cell.plate is not None:
             built_part = yield from plan.wait(self._intake.build_known(part))
             geometry = built_part.geometry
             feeding_plan = yield from plan.wait(
                 self._outlines.put(
-                    geometry,
-                    "a plan",
-                    plan_feeding,
-                    statistics,
-                    list(request.wanted),
-                    cell,
-                    flips,
-                    geometry,
+                    geometry, "a plan", plan_feeding, *question, geometry
                 )
             )
-            _fill_in_plan(response, feeding_plan)
-            # Its options are: without kicks, then one for each kick, by height.
-            option_index = feeding_plan.options.index(feeding_plan.best)
-            chosen_flips = flips[option_index - 1] if option_index else None
-        shares = pose_groups.pose_shares(statistics)
-        _fill_in_gain(request, response, shares, chosen_flips)
-        if math.isnan(shares.drops):
+        else:
+            feeding_plan = plan_feeding(*question)
+        _fill_in_plan(response, feeding_plan, flips)
+        if math.isnan(feeding_plan.best.accepted.low):
             basis += (
                 f"; the error of {message.method} is not known here, so there are no "
                 f"intervals: simulate the part"
             )
+        cell_words = feeding_plan.cell
         response.message = " ".join(
             [
+                f"{cell_words[:1].upper()}{cell_words[1:]}.",
+                f"{feeding_plan.describe_gain()}.",
                 f"{basis}.",
                 *map(str, pose_groups.warn_of_lookalikes(statistics, request.wanted)),
             ]
@@ -290,13 +287,12 @@ class PlanFeedingServer(GoalServer[Plan]):
         return flips
 
 
-def _feeder_cell(request: Any) -> FeederCell | None:
-    """The cell of a request, checked; None where it has no plate."""
-    if request.plate_length == 0.0 and request.plate_width == 0.0:
-        return None
+def _feeder_cell(request: Any) -> FeederCell:
+    """The cell of a request, checked; without sides it has no plate."""
+    sides = request.plate_length, request.plate_width
     cell = FeederCell(
         request.dropped_per_minute,
-        (request.plate_length, request.plate_width),
+        sides if any(sides) else None,
         request.clearance,
         request.cycle_seconds,
         request.pick_seconds,
@@ -318,39 +314,25 @@ def _describe_basis(message: msg.PoseStatistics, flips: list[FlipStatistics]) ->
     return basis
 
 
-def _fill_in_plan(response: Any, plan: FeedingPlan) -> None:
-    """Fill in what to do with the parts on the plate."""
+def _fill_in_plan(
+    response: Any, plan: FeedingPlan, flips: list[FlipStatistics]
+) -> None:
+    """Fill in what to do with the parts, and what the cell gets."""
     best = plan.best
     response.action = [getattr(response, action.upper()) for action in plan.actions]
     response.parts_on_plate = best.parts
     response.kicks = best.kicks
     response.pickable = best.pickable
-    fill_bounds(response, parts_per_minute=best.per_minute)
-
-
-def _fill_in_gain(
-    request: Any,
-    response: Any,
-    shares: pose_groups.PoseShares,
-    flips: FlipStatistics | None,
-) -> None:
-    """Fill in what a feeder gets that kicks wrong parts, or drops them afresh."""
-    if flips is None:
-        gain = feeding.drop_afresh(shares, request.wanted, request.dropped_per_minute)
-    else:
-        gain = feeding.flip_wrong_poses(
-            shares,
-            flips.effective_counts,
-            request.wanted,
-            request.dropped_per_minute,
-            request.cycle_seconds,
-        )
-        response.transition = part_messages.pack_array(flips.transition)
-        response.kick_height = flips.kick_height
     fill_bounds(
         response,
-        accepted=gain.accepted,
-        passes=gain.passes,
-        flips=gain.flips,
-        accepted_per_minute=gain.per_minute,
+        accepted=best.accepted,
+        passes=best.passes,
+        flips=best.flips,
+        accepted_per_minute=best.per_minute,
+        parts_per_minute=best.per_minute,
     )
+    if best.is_kicking:
+        # The first option is without kicks; the others are by height, as the flips.
+        kick = flips[plan.options.index(best) - 1]
+        response.transition = part_messages.pack_array(kick.transition)
+        response.kick_height = kick.kick_height

@@ -5,9 +5,11 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .terminal import arguments, running
+from ...base.errors import RequestError
+from .terminal import arguments, cells, running
 
 if TYPE_CHECKING:
+    from ...core.planning.feeder_cell import FeederCell
     from ...core.records import PoseStatistics
 
 
@@ -46,20 +48,19 @@ def register(commands: arguments.Commands) -> None:
         help="poses that the feeder accepts, for instance "
         "0 1 or 0-3: the page says which share of the parts is accepted",
     )
-    arguments.add_options(
+    cells.add_cell(
         command,
-        "--rate",
         default=None,
-        help="parts dropped a minute, those sent back "
-        "included; with --wanted the page says how many are accepted a minute",
+        help="parts that can be dropped a minute; with --wanted the page says how many "
+        "a cell gets, and how",
     )
     arguments.add_options(
         command,
         "--kick",
-        help=f"{arguments.KICK_HELP}; with --wanted and --rate the page says what "
-        "kicking parts that lie wrong gains, and which kick feeds fastest",
+        help=f"{arguments.KICK_HELP}; with --wanted and --rate the page sets the "
+        "cell's own kick beside usual ones, and says which is best, if any",
     )
-    arguments.add_options(command, "--cycle-time")
+    arguments.add_options(command, "--flips")
     command.add_argument(
         "--changes",
         action="store_true",
@@ -89,9 +90,9 @@ def run(options: argparse.Namespace) -> int:
         part = running.load_named_part(options)
     feeder = Feeder(
         tuple(dict.fromkeys(options.wanted)),
-        options.rate,
+        cell_of(options),
         options.kick,
-        options.cycle_time,
+        options.flips,
         options.changes,
     )
     scene = arguments.drop_scene(options)
@@ -116,6 +117,19 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
+def cell_of(options: argparse.Namespace) -> "FeederCell | None":
+    """The cell of the page, which only a rate asks for."""
+    if options.rate is None:
+        if options.kick is not None or options.plate is not None:
+            raise RequestError(
+                "a rate of parts a minute beside a kick or a plate",
+                "none",
+                "count the parts that can be dropped, those sent back included",
+            )
+        return None
+    return cells.read_cell(options)
+
+
 def commands_to_reproduce(
     options: argparse.Namespace, simulated: "PoseStatistics"
 ) -> tuple[str, ...]:
@@ -136,11 +150,10 @@ def commands_to_reproduce(
         ),
     ]
     drop_words = ["--drops", str(simulated.drops), "--seed", str(simulated.seed)]
-    feeder_options = ["wanted", "rate", "kick"]
-    if options.kick is not None:
-        feeder_options.append("cycle_time")
-    feeder_options.append("changes")
-    feeder_words = arguments.option_words(values, *feeder_options)
+    cell_options = () if options.rate is None else cells.CELL_OPTIONS
+    feeder_words = arguments.option_words(
+        values, "wanted", *cell_options, "kick", "flips", "changes"
+    )
     page_words = ["-o", Path(options.output).name]
     return tuple(
         shlex.join(["ros_pose_stats", *words])

@@ -293,9 +293,7 @@ def sensitivity(
         model.wanted_poses,
         model.scene,
         estimate.method,
-        feeding.drop_afresh(
-            pose_groups.pose_shares(estimate), model.wanted_poses
-        ).accepted,
+        feeding.accepted_share(pose_groups.pose_shares(estimate), model.wanted_poses),
         step_length,
         tuple(effects),
         request.drops,

@@ -11,7 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from ...base.text import name_poses, shortened
-from ...core.records import Array, Part, PoseStatistics
+from ...core.planning.feeder_cell import FeederCell, KickPlan
+from ...core.planning.feeding_plan import FeedingPlan
+from ...core.records import Part, PoseStatistics
 from ...core.resting.splitting_graph import SplittingNode, with_shares
 from ...core.statistics import feeding, pose_groups
 from . import poses, splitting
@@ -206,32 +208,22 @@ ROOM = 1.1
 """Height of the axes over that of the data, so that the best kick's numbers fit in."""
 
 
-def kick_figure(
-    part_id: str,
-    rate: float,
-    cycle_time: float,
-    without: feeding.Bounded,
-    kicks: Sequence[tuple[float, feeding.Bounded]],
-) -> Figure:
-    """Draw the parts a minute of a feeder over the kick height; mark the best.
-
-    `rate`: parts dropped a minute; `cycle_time`: seconds from kick to kick; `without`:
-    what it gets without kicks; `kicks`: by height, metres.
-    """
+def kick_figure(part_id: str, cell: FeederCell, plan: FeedingPlan) -> Figure:
+    """Draw the parts a minute of a cell over the kick height; mark the best."""
     figure = new_figure(6.4, 3.9, layout="constrained")
     axes = figure.add_subplot()
-    _draw_unkicked(axes, without)
-    heights = np.array([1e3 * kick for kick, _ in kicks])
-    _draw_kicks(axes, heights, np.array([per_minute for _, per_minute in kicks]))
+    without_kick, *kicked = plan.options
+    _draw_unkicked(axes, without_kick.per_minute, not plan.best.is_kicking)
+    _draw_kicks(axes, kicked, plan.best)
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=TICKS))
     axes.xaxis.set_major_formatter(lambda length, _: in_digits(length, 3))
     axes.xaxis.set_minor_formatter(NullFormatter())
-    best = max(per_minute.value for _, per_minute in kicks)
-    axes.set_ylim(0.0, ROOM * max(axes.get_ylim()[1], best))
+    most = plan.best.per_minute.value
+    axes.set_ylim(0.0, ROOM * max(axes.get_ylim()[1], most))
     axes.set_title(
-        f"{shortened(part_id, 28)}: {rate:g} parts dropped a minute, {cycle_time:g} s "
-        "a kick",
+        f"{shortened(part_id, 28)}: {cell.rate:g} parts dropped a minute, "
+        f"{cell.cycle_seconds:g} s a kick\n{cell.describe_plate()}",
         fontsize=9.5,
         color=INK,
         loc="left",
@@ -248,15 +240,16 @@ def kick_figure(
     return figure
 
 
-def _draw_unkicked(axes: Axes, per_minute: feeding.Bounded) -> None:
+def _draw_unkicked(axes: Axes, per_minute: feeding.Bounded, is_best: bool) -> None:
     """A line, and a band for the interval."""
+    best = f", the best: {per_minute.value:.3g} a minute" if is_best else ""
     axes.axhline(
         per_minute.value,
-        color=REFERENCE,
+        color=BEST if is_best else REFERENCE,
         linewidth=1.2,
         linestyle=(0, (5, 2)),
         zorder=2,
-        label="not kicked",
+        label=f"not kicked{best}",
     )
     axes.axhspan(
         per_minute.low,
@@ -268,9 +261,10 @@ def _draw_unkicked(axes: Axes, per_minute: feeding.Bounded) -> None:
     )
 
 
-def _draw_kicks(axes: Axes, heights: Array, per_minute: Array) -> None:
-    """Draw the numbers (k, 3), and mark the best; `heights`: of the kicks, mm."""
-    value, low, high = per_minute.T
+def _draw_kicks(axes: Axes, options: Sequence[KickPlan], best: KickPlan) -> None:
+    """Draw what kicks give, and mark the best if it is among them."""
+    heights = np.array([1e3 * option.kick_height for option in options])
+    value, low, high = np.array([option.per_minute for option in options]).T
     is_bounded = np.isfinite(low) & np.isfinite(high)
     errors = np.stack((value - low, high - value))[:, is_bounded].tolist()
     axes.plot(heights, value, color=BLUE, linewidth=1.4, zorder=3)
@@ -295,10 +289,12 @@ def _draw_kicks(axes: Axes, heights: Array, per_minute: Array) -> None:
         zorder=4,
         clip_on=False,
     )
-    best = value.argmax()
+    if not best.is_kicking:
+        return
+    index = options.index(best)
     axes.plot(
-        heights[best],
-        value[best],
+        heights[index],
+        value[index],
         "o",
         markersize=11.0,
         markerfacecolor="none",
@@ -307,11 +303,11 @@ def _draw_kicks(axes: Axes, heights: Array, per_minute: Array) -> None:
         zorder=5,
     )
     axes.annotate(
-        f"{in_digits(heights[best], 3)} mm: {value[best]:.3g} a minute",
-        (heights[best], high[best] if is_bounded[best] else value[best]),
+        f"{in_digits(heights[index], 3)} mm: {value[index]:.3g} a minute",
+        (heights[index], high[index] if is_bounded[index] else value[index]),
         xytext=(0.0, 8.0),
         textcoords="offset points",
-        ha=SIDES[3 * best // len(heights)],
+        ha=SIDES[3 * index // len(heights)],
         va="bottom",
         fontsize=9,
         color=BEST,

@@ -1,16 +1,17 @@
 """The numbers of a report on a part, before they are put into words and pictures."""
 
-import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import NamedTuple
 
-from ...base import errors
 from ...core.estimators import best_method, estimate_all
 from ...core.kernels.compilation import prepare_kernels
 from ...core.planning.auto import auto
+from ...core.planning.feeder_cell import FeederCell, KickPlan
+from ...core.planning.feeding_plan import FeedingPlan, plan_feeding
 from ...core.records import DropScene, FlipStatistics, Part, PoseStatistics
 from ...core.records.notes import Note
+from ...core.records.scene import DEFAULT_SEED
 from ...core.resting import pose_sphere, poses, splitting_graph
 from ...core.simulation import flips, request, simulate
 from ...core.statistics import feeding, pose_groups
@@ -21,42 +22,36 @@ MOST_DROPS = 10_000
 """Error that the drops of a page are to reach, and the most of them, where their number
 is not given: a page should be there soon, and a real plate adds five points anyway."""
 
-FLIPS = 500  # flips a pose and kick: enough to see where the fastest kick lies
-
 
 @dataclass(frozen=True)
 class Feeder:
     """A feeder that accepts some poses."""
 
     wanted: tuple[int, ...]  # `index` of the accepted poses
-    # parts dropped a minute, those sent back included; None where none was given
-    rate: float | None = None
-    # of kicks of parts that lie wrong, metres; None where it does not kick
+    cell: FeederCell | None = None  # that is to be planned
+    # of kicks that the cell gives now, metres; None where it does not kick
     kick_height: float | None = None
-    cycle_time: float = 1.0  # seconds from one kick to the next
+    flips: int | None = None  # out of each pose at each kick; None for the usual number
     # whether to find out which changes of the part raise the accepted share
     changes: bool = False
 
     def check(self, poses: int) -> None:
         """Check what is asked, before anything is dropped."""
-        if self.wanted or self.changes or (self.rate, self.kick_height) != (None, None):
+        if self.wanted or self.changes or self.cell is not None:
             feeding.check_wanted_poses(self.wanted, poses)
-        feeding.check_rate(1.0 if self.rate is None else self.rate, self.cycle_time)
+        if self.cell is not None:
+            self.cell.check()
         if self.kick_height is not None:
             flips.check_kick(self.kick_height)
-            if self.rate is None:
-                raise errors.RequestError(
-                    "a rate of parts a minute beside the kick height",
-                    "none",
-                    "count the parts that can be dropped, those sent back included",
-                )
 
 
-class KickFeeding(NamedTuple):
-    """What a kick makes of a feeder."""
+class CellFindings(NamedTuple):
+    """What a cell is to do, by the default answer."""
 
-    flips: FlipStatistics
-    feeding: feeding.Feeding
+    plan: FeedingPlan
+    own_kick: KickPlan | None  # by the kick that it gives now
+    # the best kick, or its own where none gains anything, or none
+    flips: FlipStatistics | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,25 +65,11 @@ class Findings:
     graph: splitting_graph.SplittingNode  # with the shares of the simulated drops
     sphere: pose_sphere.PoseSphere
     feeder: Feeder  # what was asked; without wanted poses there is no feeder
-    # what it gets if parts that lie wrong are dropped again
-    afresh: feeding.Feeding | None
-    # what it gets by kicking them from several heights, that of the feeder among them
-    kicks: tuple[KickFeeding, ...]
+    accepted: feeding.Bounded | None  # share of the drops that end in wanted poses
+    cell: CellFindings | None
     target_error: float  # that the drops were to reach; 0 where their number was given
     # what changes of the part do to the accepted share
     sensitivity: Sensitivity | None = None
-
-    @property
-    def kicked(self) -> KickFeeding | None:
-        """What the feeder gets by its own kick."""
-        return next(
-            (
-                kick
-                for kick in self.kicks
-                if kick.flips.kick_height == self.feeder.kick_height
-            ),
-            None,
-        )
 
     @property
     def best_estimate(self) -> PoseStatistics:
@@ -134,6 +115,10 @@ def investigate(
     keywords = asdict(scene)
     feeder.check(len(resting.poses))
     prepare_kernels()
+    answer = auto(part, **keywords)
+    cell = None
+    if feeder.cell is not None:
+        cell = _plan_cell(part, scene, feeder, feeder.cell, answer, seed, on_progress)
     target = 0.0
     bound = MOST_DROPS
     ending = ""
@@ -152,14 +137,11 @@ def investigate(
             progress.drops / bound, f"{progress.drops} of {bound} drops{ending}"
         ),
     )
-    kicks: tuple[KickFeeding, ...] = ()
-    afresh = changes = None
+    accepted = changes = None
     if feeder.wanted and simulated.drops > simulated.unsettled:
-        shares = pose_groups.pose_shares(simulated)
-        rate = math.nan if feeder.rate is None else feeder.rate
-        afresh = feeding.drop_afresh(shares, feeder.wanted, rate)
-        if feeder.kick_height is not None:
-            kicks = _try_kicks(part, scene, feeder, simulated, on_progress)
+        accepted = feeding.accepted_share(
+            pose_groups.pose_shares(simulated), feeder.wanted
+        )
     estimates = estimate_all(part, **keywords)
     graph = splitting_graph.with_shares(
         splitting_graph.splitting_graph(resting), simulated.poses
@@ -175,48 +157,55 @@ def investigate(
     return Findings(
         part=part,
         simulated=simulated,
-        answer=auto(part, **keywords),
+        answer=answer,
         estimates=tuple(estimates),
         graph=graph,
         sphere=pose_sphere.pose_sphere(resting),
         feeder=feeder,
-        afresh=afresh,
-        kicks=kicks,
+        accepted=accepted,
+        cell=cell,
         target_error=target,
         sensitivity=changes,
     )
 
 
-def _try_kicks(
+def _plan_cell(
     part: Part,
     scene: DropScene,
     feeder: Feeder,
-    simulated: PoseStatistics,
+    cell: FeederCell,
+    answer: PoseStatistics,
+    seed: int | None,
     on_progress: Callable[[float, str], object],
-) -> tuple[KickFeeding, ...]:
-    """What a feeder with a rate gets by its own kick, and by usual ones."""
-    assert feeder.kick_height is not None
-    assert feeder.rate is not None
-    shares = pose_groups.pose_shares(simulated)
-    simulated_flips = flips.flips_by_kick(
+) -> CellFindings:
+    """Plan with the feeder's own kick and usual ones, as the command `feeding` does."""
+    # What is refused is refused at once.
+    plan_feeding(answer, feeder.wanted, cell)
+    own_height = feeder.kick_height
+    heights: list[float] = []
+    if own_height is not None or cell.plate is not None:
+        heights += flips.usual_kicks(answer.radius)
+    if own_height is not None:
+        heights.append(own_height)
+    kicks = flips.flips_by_kick(
         part,
-        replace(scene, drop_height=None),
-        [feeder.kick_height, *flips.usual_kicks(simulated.radius)],
-        request.drop_request(FLIPS, simulated.seed),
+        scene,
+        heights,
+        request.drop_request(
+            flips.flips_per_pose(len(answer.poses), feeder.flips),
+            DEFAULT_SEED if seed is None else seed,
+        ),
         on_kick=lambda number, count: on_progress(
             number / count, f"kick {number + 1} of {count}"
         ),
     )
-    return tuple(
-        KickFeeding(
-            statistics,
-            feeding.flip_wrong_poses(
-                shares,
-                statistics.effective_counts,
-                feeder.wanted,
-                feeder.rate,
-                feeder.cycle_time,
-            ),
-        )
-        for statistics in simulated_flips
-    )
+    plan = plan_feeding(answer, feeder.wanted, cell, kicks, part)
+    by_height = dict(zip([kick.kick_height for kick in kicks], kicks, strict=True))
+    own_kick = None
+    shown_height = own_height
+    if own_height is not None:
+        own_kick = plan.options[1 + list(by_height).index(own_height)]
+    if plan.best.is_kicking:
+        shown_height = plan.best.kick_height
+    shown_flips = None if shown_height is None else by_height[shown_height]
+    return CellFindings(plan, own_kick, shown_flips)

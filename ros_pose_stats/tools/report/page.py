@@ -11,7 +11,7 @@ import numpy as np
 from ...base.text import name_poses, ranges
 from ...core.mesh.decimation import visible_triangles
 from ...core.mesh.units import unit_in_words
-from ...core.records import Array, Part, StablePose
+from ...core.records import Array, Part, PoseStatistics, StablePose
 from ...core.records.notes import has_note
 from ...core.records.poses import PoseGroup, single_poses
 from ...core.records.statistics import listed_groups
@@ -94,8 +94,11 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         estimate=findings.best_estimate,
         answer=findings.answer,
         feeder=findings.feeder,
-        afresh=findings.afresh,
-        kicked=findings.kicked,
+        accepted=findings.accepted,
+        passes=None
+        if findings.accepted is None
+        else feeding.passes_of(*findings.accepted),
+        cell=findings.cell,
         groups=groups,
         shown=drawn_groups,
         size=np.ptp(part.surface_vertices, axis=0).tolist(),
@@ -118,15 +121,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
             for group, picture in zip(drawn_groups, pictures, strict=True)
         ],
         by_method=_by_method(findings, drawn_groups),
-        feeders=[]
-        if statistics.drops == statistics.unsettled
-        else [
-            (
-                group,
-                feeding.drop_afresh(pose_groups.pose_shares(statistics), group.indices),
-            )
-            for group in groups[:MOST_FEEDERS]
-        ],
+        feeders=_feeders(statistics, groups),
         kicks=_kicks(findings),
         graph=_graph(findings),
         changes=_changes(findings),
@@ -140,23 +135,30 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     )
 
 
+def _feeders(
+    statistics: PoseStatistics, groups: Sequence[PoseGroup]
+) -> list[tuple[PoseGroup, feeding.Bounded, feeding.Bounded]]:
+    """Share and drops of a part where only one group of poses is accepted."""
+    if statistics.drops == statistics.unsettled:
+        return []
+    dropped = pose_groups.pose_shares(statistics)
+    shares = [
+        feeding.accepted_share(dropped, group.indices)
+        for group in groups[:MOST_FEEDERS]
+    ]
+    return [
+        (group, share, feeding.passes_of(*share))
+        for group, share in zip(groups, shares, strict=False)
+    ]
+
+
 def _kicks(findings: Findings) -> str | None:
     """What the feeder gets by its own kick and by others, as a picture."""
-    feeder = findings.feeder
-    afresh = findings.afresh
-    if not findings.kicks or afresh is None or feeder.rate is None:
+    cell = findings.feeder.cell
+    if cell is None or findings.cell is None or findings.cell.flips is None:
         return None
     return figures.svg_address(
-        shares.kick_figure(
-            findings.part.part_id,
-            feeder.rate,
-            feeder.cycle_time,
-            afresh.per_minute,
-            [
-                (kick.flips.kick_height, kick.feeding.per_minute)
-                for kick in findings.kicks
-            ],
-        )
+        shares.kick_figure(findings.part.part_id, cell, findings.cell.plan)
     )
 
 

@@ -41,8 +41,14 @@ def test_the_table_and_a_picture_mark_the_best_kick(box, tmp_path):
         "--png",
         tmp_path / "kicks.png",
     ).splitlines()
+    assert re.fullmatch(
+        "box: robot picks one part at a time, all others are kicked together; "
+        r"300 × 200 mm plate, \d+ parts",
+        lines[0],
+    )
     assert re.match(
-        r"box: [\d.]+ \([\d.]+ to [\d.]+\) picked a minute, kicked by ", lines[0]
+        r"[\d.]+ \([\d.]+ to [\d.]+\) picked a minute, kicked by .*; [\d.]+ without ",
+        lines[1],
     )
     assert any(
         line.startswith("HEIGHT_SUSPECT: a kick height of 20 m") for line in lines
@@ -68,6 +74,7 @@ def test_the_table_and_a_picture_mark_the_best_kick(box, tmp_path):
             ("--wanted", 0, *ASKED, "--kicks", "--png", "kicks.png"),
             "--kicks with heights",
         ),
+        (("--wanted", 0, "--png", "kicks.png"), "--kicks with heights"),
     ],
 )
 def test_refused_in_one_line(box, options, words):

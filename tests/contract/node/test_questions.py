@@ -62,16 +62,20 @@ class TestDropping:
         assert answer.accepted_low > 0.0 and answer.accepted_high < 1.0
         assert interval(answer, "flips") == (0.0, 0.0, 0.0)
         drops = latched(cell, part_id).drops
-        assert (
-            answer.message == f"From {drops} drops (hybrid)." and not answer.transition
-        )
+        assert answer.message.startswith("Parts come singly, no plate. ")
+        assert " picked a minute, not kicked. " in answer.message
+        assert answer.message.endswith(f" From {drops} drops (hybrid).")
+        assert not answer.transition
+        assert list(answer.action) == [
+            answer.PICK if pose in WANTED else answer.LEAVE for pose in range(POSES)
+        ]
 
     def test_the_estimate_is_the_node_s(self, tuned):
         assert tuned.set(default_method="area") == {}
         answer = planned(tuned, part_id=known_part(tuned), **ASKED)
         shares = by_index(estimate(library_part(WEDGE), "area"))
         assert answer.accepted == pytest.approx(shares[WANTED].sum(), rel=1e-9)
-        assert answer.message == "From an estimate (area)."
+        assert answer.message.endswith(" From an estimate (area).")
         slab = known_part(tuned, shapes.box(0.03, 0.02, 0.01))
         answer = planned(tuned, part_id=slab, wanted=[0], dropped_per_minute=RATE)
         assert "(area). WANTED_ALIKE: pose 1 looks the same as pose 0" in answer.message
@@ -97,6 +101,8 @@ class TestFlips:
         low, value, high = interval(answer, "accepted_per_minute")
         assert value == pytest.approx(60.0 / (60.0 / RATE + CYCLE * flips), rel=1e-9)
         assert low < value < high
+        assert set(np.flatnonzero(np.array(answer.action) == answer.FLIP)) == set(wrong)
+        assert interval(answer, "parts_per_minute") == (low, value, high)
         assert (
             interval(answer, "accepted")
             == interval(answer, "passes")
@@ -286,8 +292,18 @@ class TestPlan:
         ) == tuple(
             printed[name] for name in ("kick_height", "parts", "kicks", "pickable")
         )
-        low, value, high = interval(answer, "parts_per_minute")
-        assert printed["per_minute"] == {"value": value, "low": low, "high": high}
+        assert answer.message.startswith(
+            printed["cell"][0].upper() + printed["cell"][1:] + ". "
+        )
+        for field, name in (
+            ("accepted", "accepted"),
+            ("passes", "passes"),
+            ("flips", "flips"),
+            ("accepted_per_minute", "per_minute"),
+            ("parts_per_minute", "per_minute"),
+        ):
+            low, value, high = interval(answer, field)
+            assert printed[name] == {"value": value, "low": low, "high": high}
         assert answer.kick_height > 0.0 and answer.flips > 0.0 and low < value < high
         assert "a kick height of 0 m" in refused_plan(
             cell,

@@ -57,6 +57,8 @@ def report(parts):
         60,
         "--kick",
         0.02,
+        "--flips",
+        100,
         "--changes",
         "-o",
         file,

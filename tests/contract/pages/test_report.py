@@ -12,7 +12,7 @@ import pytest
 from lab.bodies import shapes
 from lab.bodies.variants import subdivided
 from tests.answers import METHODS, write_stl
-from tests.running import answer
+from tests.running import answer, answer_json
 
 from .reading import Page, Picture
 
@@ -97,13 +97,38 @@ def test_the_splitting_graph_has_the_levels_of_the_edges_and_the_shares_of_the_t
         assert str(pose["index"]) in words and percent(pose["probability"]) in words
 
 
-def test_feeding_is_in_rates_passes_and_kicks(report, counted):
+def test_the_first_box_has_the_best_plan_and_not_the_kick_that_was_typed(
+    report, parts, counted
+):
+    """It is that of `feeding`, asked for all kicks that the page looks at."""
     page, _ = report
     share = sum(pose["probability"] for pose in counted["poses"] if pose["index"] < 2)
-    assert f"{60.0 * share:.3g} accepted parts a minute" in page.text
-    assert f"{1.0 / share:#.3g} drops for each accepted part" in page.text
+    assert f"{percent(share)} of the dropped parts lie in the accepted" in page.text
+    usual_kicks = counted["radius"] * np.geomspace(0.05, 5.0, 13)
+    cell = parts / "box.stl", "--unit", "mm", "--wanted", "0,1", "--flips", 100
+    plan = answer_json("feeding", *cell, "--kicks", 0.02, *usual_kicks)
+    value, low, high = plan["per_minute"].values()
+    kick = f"kicked by {1e3 * plan['kick_height']:.3g} mm"
+    assert plan["kick_height"] not in (0.0, 0.02)
+    assert (
+        f"{value:#.3g} parts picked a minute ({low:#.3g} to {high:#.3g}), {kick}, where "
+        f"60 can be dropped a minute: {plan['cell']}."
+    ) in page.text
+    without_kick, own = (
+        next(
+            option["per_minute"]["value"]
+            for option in plan["options"]
+            if option["kick_height"] == height
+        )
+        for height in (0.0, 0.02)
+    )
+    others = (
+        f"{without_kick:#.3g} a minute without kicks, {own:#.3g} with one of 20 mm."
+    )
+    assert others in page.text
     assert "Feeding: dropped again or flipped" in page.text
-    assert page.named("Accepted parts a minute over the kick height")
+    (picture,) = page.named("Parts picked a minute over the kick height")
+    assert any(f"mm: {value:.3g} a minute" in words for words in picture.words)
     assert "A wanted pose has others" not in page.text
 
 

@@ -11,14 +11,16 @@ from manifold3d import CrossSection, JoinType, Manifold
 
 from lab.bodies import shapes
 from ros_pose_stats import estimate, part_from_mesh, simulate, simulate_flips
-from ros_pose_stats.core.planning import feeding_plan
+from ros_pose_stats.core.planning import feeder_cell, feeding_plan
 from ros_pose_stats.core.planning.plate_fill import blocking_with_bays, plate_fill
+from ros_pose_stats.core.statistics import feeding
 from tests.answers import by_index
 
 ROOM = 0.3, 0.2
 WANTED = [0, 1]
 PICKED = np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
 CELL = feeding_plan.FeederCell(60.0, ROOM, 0.002, cycle_seconds=0.7, pick_seconds=0.8)
+SINGLY = feeding_plan.FeederCell(20.0, cycle_seconds=0.4)
 
 
 @pytest.fixture(scope="module")
@@ -217,6 +219,93 @@ def test_no_other_policy_takes_less_time(dropped, flips):
     np.testing.assert_allclose(seconds(chosen), least, rtol=1e-9)
 
 
+def singly_fed(flipped, shares, moves, parts, seed):
+    """Parts accepted a minute of so many that come singly, each followed by itself."""
+    random = np.random.default_rng(seed)
+    ends = moves.cumsum(axis=1)
+    pose = random.choice(len(shares), parts, p=shares)
+    flips = 0
+    while (lies_wrong := flipped[pose]).any():
+        flips += lies_wrong.sum()
+        drawn = (random.random((parts, 1)) > ends[pose]).sum(axis=1)
+        pose = np.where(lies_wrong, drawn.clip(0, len(shares) - 1), pose)
+    seconds = 60.0 / SINGLY.rate * parts + SINGLY.cycle_seconds * flips
+    return 60.0 * PICKED[pose].sum() / seconds
+
+
+def test_parts_that_come_singly_are_fed_as_those_followed_one_by_one(dropped, flips):
+    """20 000 parts: a percent. No other set of poses to kick feeds faster."""
+    shares = by_index(dropped)
+    for kick in flips[1:]:
+        plan = feeding_plan.plan_feeding(dropped, WANTED, SINGLY, [kick])
+        flipped = np.array([action == "flip" for action in plan.actions])
+        assert plan.best.is_kicking and flipped.any()
+        fed = singly_fed(flipped, shares, kick.transition, 20_000, 2)
+        assert plan.best.per_minute.value == pytest.approx(fed, rel=0.02)
+        rates = [
+            singly_fed(
+                np.array([0, 0, *choice], bool), shares, kick.transition, 4000, 3
+            )
+            for choice in itertools.product([0, 1], repeat=4)
+        ]
+        assert max(rates) <= plan.best.per_minute.value * 1.04
+    without_kick = feeding_plan.plan_feeding(dropped, WANTED, SINGLY, flips[:1])
+    assert without_kick.best.kick_height == 0.0
+    assert without_kick.cell == "parts come singly, no plate"
+
+
+def test_the_interval_of_parts_that_come_singly_is_that_of_redrawn_shares(
+    dropped, flips
+):
+    """Shares and rows drawn again as often as their errors say: a tenth is outside.
+
+    Three standard errors of 200 draws.
+    """
+    kick = replace(flips[2], counted_flips=1)
+    shares = feeding_plan.pose_groups.pose_shares(dropped)
+    feeder = feeding_plan.SingleParts(
+        SINGLY, PICKED, shares, list(dropped.by_index.values()), 0.03
+    )
+    planned = feeder.plan(kick)
+    random = np.random.default_rng(8)
+    landed = feeder.landed
+    hits = []
+    for _ in range(200):
+        units = random.dirichlet(landed.drops * landed.shares)
+        probability = units[landed.unit] / np.bincount(landed.unit)[landed.unit]
+        rows = np.array([random.dirichlet(row + 1e-9) for row in kick.effective_counts])
+        redrawn = replace(feeder, dropped=shares._replace(probability=probability))
+        option = redrawn.plan(replace(kick, transition=rows))
+        hits.append(
+            [
+                low <= value <= high
+                for value, (_, low, high) in zip(
+                    (option.per_minute.value, option.flips.value),
+                    (planned.per_minute, planned.flips),
+                    strict=True,
+                )
+            ]
+        )
+    assert np.mean(hits, axis=0) == pytest.approx(0.9, abs=3.0 * (0.09 / 200) ** 0.5)
+
+
+def test_what_is_hardly_known_has_an_interval():
+    """A pose that hardly any drop ends in: a log-normal bound would be no number."""
+    low, high = feeding.relative_bounds(2000.0)
+    assert low == 0.0 and 3000.0 < high < 4000.0
+    slab = estimate(part_from_mesh(*shapes.box(0.03, 0.02, 0.01)))
+    shares = [1e-12, 1e-12, 0.5 - 1e-12, 0.5 - 1e-12, 0.0, 0.0]
+    rare = replace(
+        slab,
+        poses=tuple(
+            replace(pose, probability=shares[pose.index]) for pose in slab.poses
+        ),
+    )
+    for cell in (SINGLY, CELL):
+        rate = feeding_plan.plan_feeding(rare, [0], cell).best.per_minute
+        assert 0.0 <= rate.low <= rate.value <= rate.high <= 60.0
+
+
 def test_poses_that_symmetry_makes_one_are_certain_and_counts_are_not():
     cube = part_from_mesh(*shapes.box(0.02, 0.02, 0.02))
     assert (
@@ -226,7 +315,7 @@ def test_poses_that_symmetry_makes_one_are_certain_and_counts_are_not():
     rate = feeding_plan.plan_feeding(estimate(cube), [0], CELL).best.per_minute
     assert rate.low == rate.value == rate.high
     wanted_shares = np.array([1.0, 0.0])  # of 16 drops all: 16.25 of 16.5
-    variance = feeding_plan.mean_variance(wanted_shares, wanted_shares, 16.0)
+    variance = feeder_cell.mean_variance(wanted_shares, wanted_shares, 16.0)
     assert variance == pytest.approx(0.25 * 16.25 / 16.5**2 / 16.0)
 
 
@@ -259,7 +348,7 @@ def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
         rows = np.array(
             [
                 random.dirichlet(
-                    drops(row, count, feeding_plan.FLIPS_ERROR) * row + 1e-9
+                    drops(row, count, feeder_cell.FLIPS_ERROR) * row + 1e-9
                 )
                 for row, count in zip(moves, settled, strict=True)
             ]

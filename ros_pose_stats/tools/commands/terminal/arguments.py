@@ -297,6 +297,12 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "help": "seconds from one kick to the next (default: %(default)s)",
     },
     "--drops": {"type": read_count, "metavar": "N"},
+    "--flips": {
+        "type": read_count,
+        "metavar": "N",
+        "help": "kicks out of each pose at each height (default: 10000 shared out over "
+        "the poses)",
+    },
     "--seed": {
         "type": read_count,
         "metavar": "S",

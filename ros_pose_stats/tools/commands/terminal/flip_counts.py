@@ -1,4 +1,4 @@
-"""Flips that a cell has counted: the option `--counts`, and its file."""
+"""Flips of the model, and those that a cell has counted: options, and their file."""
 
 import argparse
 from collections.abc import Callable, Iterable
@@ -6,11 +6,33 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....base.errors import RequestError
+from ....core.records.scene import DEFAULT_SEED
 from . import arguments, running
 
 if TYPE_CHECKING:
     from ....core.records import FlipStatistics, Index, Part
     from ....core.simulation.request import DropRequest
+
+
+def add_flips(command: arguments.CommandParser) -> None:
+    """Add the number of flips and their seed; equal ones make equal plans."""
+    arguments.add_options(command, "--flips")
+    arguments.add_options(
+        command,
+        "--seed",
+        default=DEFAULT_SEED,
+        help="the same seed gives the same flips (default: %(default)s, as in a node)",
+    )
+
+
+def flip_request(options: argparse.Namespace, poses: int) -> "DropRequest":
+    """How often to kick a part out of each of its poses."""
+    from ....core.simulation.flips import flips_per_pose
+    from ....core.simulation.request import drop_request
+
+    return drop_request(
+        flips_per_pose(poses, options.flips), options.seed, 0.0, options.workers
+    )
 
 
 def add_counts_option(command: argparse._ActionsContainer) -> None:

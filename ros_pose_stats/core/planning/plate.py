@@ -1,0 +1,174 @@
+"""What a plate of parts gives, where all that are not picked are kicked together.
+
+Parts are dropped on an empty plate, a camera looks, and a robot picks the free ones
+that lie in wanted poses. A kick throws all that is left anew, fresh parts take the
+place of those picked, and after a number of kicks the plate is emptied. Only the mean
+over the parts is followed, which is exact but for how the others lie that block one.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..records import Array, FlipStatistics, Index
+from ..statistics import feeding
+from . import plate_fill
+from .feeder_cell import Feeder, KickPlan, faster_by_kick, mean_variance
+
+MOST_KICKS = 100  # kicks between two empty plates; more of them are worth hardly more
+PART_NUMBERS = 60
+MOST_PARTS = 10_000  # numbers of parts that are looked at, and the largest of them
+SHARE_PASSES = 2
+"""The first knows how dropped parts lie, the second how those on the plate do."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plate(Feeder):
+    """Parts that lie on the plate of a cell."""
+
+    # (K,); of the area in which convex silhouettes would block a part, the share in
+    # which it is, among parts that were dropped
+    blocking: Array | float = 1.0
+
+    def fill(self, shares: Array) -> plate_fill.PlateFill:
+        """Room among parts that lie in these shares."""
+        assert self.cell.plate is not None
+        return plate_fill.plate_fill(
+            [pose.outline for pose in self.poses],
+            shares,
+            self.cell.plate,
+            self.cell.clearance,
+            self.blocking,
+        )
+
+    def plan(
+        self, kick: FlipStatistics | None, most_kicks: int = MOST_KICKS
+    ) -> KickPlan:
+        """The best numbers of parts and of kicks, and what they give."""
+        flips_known: list[float] = []
+        transition: Array = np.zeros((0, 0))
+        if kick is None:
+            most_kicks = 0
+        else:
+            flips_known = self.flips_known(kick)
+            transition = kick.transition
+
+        dropped_shares = self.dropped.probability
+        shares = self.dropped.probability
+        for _ in range(SHARE_PASSES):
+            room = self.fill(shares)
+            largest = min(MOST_PARTS, 2.0 + 2.0 / float(room.blocked.mean()))
+            parts = np.unique(np.geomspace(1.0, largest, PART_NUMBERS).astype(int))
+            pick_chance = self.pick_mask * room.free_probability(parts)
+            picture_shares = [np.tile(dropped_shares, (len(parts), 1))]
+            for _ in range(most_kicks):
+                pose_picks = picture_shares[-1] * pick_chance
+                refill = pose_picks.sum(axis=1, keepdims=True) * dropped_shares
+                picture_shares.append(
+                    (picture_shares[-1] - pose_picks) @ transition + refill
+                )
+            pictures = np.array(picture_shares)  # (kicks + 1, N, K)
+            picks = parts[:, None] * (pictures * pick_chance).sum(axis=2).T
+            rates = self._rates(parts, picks)
+            row, kicks = np.unravel_index(int(rates.argmax()), rates.shape)
+            shares = pictures[: kicks + 1, row].mean(axis=0)
+
+        chain = pictures[: kicks + 1, row]
+        error = self._picks_error(chain, pick_chance[row], transition, flips_known)
+        # No picture shows more than all parts in the pose that is blocked least.
+        picks_range = np.minimum(
+            np.outer((1.0, *feeding.relative_bounds(error)), picks[row, : kicks + 1]),
+            parts[row] * pick_chance[row].max(),
+        )
+        parts_range = parts[[row, row, row]]
+        rates = self._rates(parts_range, picks_range)[:, -1]
+        total = picks_range.sum(axis=1)
+        shares = total / _dropped(parts_range, picks_range)[:, -1]
+        accepted = feeding.Bounded(*shares.tolist())
+        flips = feeding.NO_FLIPS
+        if kicks:
+            thrown = kicks * parts[row] - picks_range[:, :-1].sum(axis=1)
+            with np.errstate(divide="ignore"):  # maybe nothing is picked
+                middle, most, least = (thrown / total).tolist()
+            flips = feeding.Bounded(middle, least, most)
+        return KickPlan(
+            0.0 if kick is None else kick.kick_height,
+            int(parts[row]),
+            int(kicks),
+            float(picks[row, 0]),
+            accepted,
+            feeding.passes_of(*accepted),
+            flips,
+            feeding.Bounded(*rates.tolist()),
+            "" if kick is None else kick.feeder_setting,
+        )
+
+    def _rates(self, parts: Index, picks: Array) -> Array:
+        """Parts picked a minute (N, R) by the picks (N, R) after 0, 1 ... kicks."""
+        cell = self.cell
+        kicks = np.arange(picks.shape[1])
+        total = picks.cumsum(axis=1)
+        seconds = (
+            (kicks + 1.0) * (cell.drop_seconds + cell.look_seconds)
+            + kicks * cell.cycle_seconds
+            + 60.0 / cell.rate * _dropped(parts, picks)
+            + cell.pick_seconds * total
+        )
+        return np.asarray(60.0 * total / seconds)
+
+    def _picks_error(
+        self,
+        picture_shares: Array,
+        pick_chance: Array,
+        transition: Array,
+        flips_known: list[float],
+    ) -> float:
+        """Relative standard error of the parts that a cycle picks.
+
+        To first order in the shares of dropped parts and in the rows of the moves, each
+        off by its own counts and by the error of the plate or of its flips.
+        `picture_shares` (R + 1, K): how parts lie at each picture; `flips_known`: of
+        the rows, none without a kick.
+        """
+        landed = self.landed
+        picks = float((picture_shares @ pick_chance).sum())
+        stay_chance = 1.0 - pick_chance
+        # Of a part that lies so at a picture: picks until the cycle's end.
+        worth = [pick_chance]
+        for _ in picture_shares[1:]:
+            worth.append(
+                pick_chance
+                + stay_chance * (transition @ worth[-1])
+                + pick_chance * (landed.probability @ worth[-1])
+            )
+        later_worth = np.array(worth[-2::-1]).reshape(-1, pick_chance.size)
+        gain = worth[-1] + (picture_shares[:-1] @ pick_chance) @ later_worth
+        variance = mean_variance(landed.shares, landed.by_unit(gain), landed.drops)
+        row_gain = (picture_shares[:-1] * stay_chance).T @ later_worth
+        for row, values, flips in zip(transition, row_gain, flips_known, strict=False):
+            variance += mean_variance(row, values, flips)
+        return math.sqrt(variance) / picks
+
+    def poses_worth_flipping(self, parts: int, transition: Array) -> Index:
+        """Poses in which a kick gets a part picked sooner than a new drop does.
+
+        Parts on the plate share kicks and pictures.
+        """
+        cell = self.cell
+        room = self.fill(self.dropped.probability)
+        settling_seconds = cell.drop_seconds + cell.look_seconds
+        return np.flatnonzero(
+            faster_by_kick(
+                self.pick_mask * room.free_probability(np.array([parts]))[0],
+                self.dropped.probability,
+                transition,
+                (cell.cycle_seconds + settling_seconds) / parts,
+                60.0 / cell.rate + settling_seconds / parts,
+            )
+        )
+
+
+def _dropped(parts: Index, picks: Array) -> Array:
+    """Parts dropped (N, R) until the picture after 0, 1 ... kicks, as `_rates`."""
+    return np.asarray(parts[:, None] + picks.cumsum(axis=1) - picks)

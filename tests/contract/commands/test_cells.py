@@ -1,0 +1,94 @@
+"""Whoever is asked about a cell, the plan is the same: `feeding`, `flips`, `report`.
+
+The node's is set beside that of `feeding` in `tests/contract/node/test_questions.py`.
+"""
+
+import re
+
+import pytest
+
+from lab.bodies.catalogue_parts import random_part
+from tests.answers import write_stl
+from tests.contract.pages.reading import Page
+from tests.running import answer, answer_json
+
+CELLS = {
+    "singly": ("--rate", 40),
+    "quickly kicked": ("--rate", 20, "--cycle-time", 0.2),
+    "plate": ("--rate", 60, "--plate", 0.3, 0.2, "--clearance", 0.002),
+    "slow hopper": ("--rate", 15, "--plate", "400mm", "300mm", "--cycle-time", 0.5),
+}
+SINGLY = "parts come singly, no plate"
+TOGETHER = (
+    r"robot picks one part at a time, (all others are kicked together|the plate is "
+    r"emptied of the others); \d+ × \d+ mm plate, \d+ parts?"
+)
+PARTS = 12
+QUICK = (1, "singly"), (1, "plate")
+KICK = re.compile(r"mm: [\d.]+ a minute")
+UNKICKED = re.compile(r"not kicked, the best: [\d.]+ a minute")
+
+
+@pytest.fixture(scope="module")
+def part_of(tmp_path_factory):
+    """A catalogue's part by its number: file and unit."""
+    folder = tmp_path_factory.mktemp("cells")
+
+    def write(number):
+        file = folder / f"part{number}.stl"
+        return write_stl(file, random_part(51, number)), "--unit", "mm"
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("number", "name"),
+    [
+        pytest.param(
+            number, name, marks=() if (number, name) in QUICK else pytest.mark.long
+        )
+        for number in range(PARTS)
+        for name in CELLS
+    ],
+)
+def test_flips_and_feeding_say_the_same(part_of, number, name):
+    """Equal numbers; and where the best plan does not kick, no single kick is given."""
+    part = *part_of(number), "--wanted", 0, "--flips", 30, *CELLS[name]
+    radius = answer_json("estimate", *part[:3])["radius"]
+    kicks = [0.3 * radius, radius]
+    best = answer_json("feeding", *part, "--kicks", *kicks)
+    assert re.fullmatch(TOGETHER if "--plate" in part else SINGLY, best["cell"])
+    for kick in kicks:
+        lone = answer_json("feeding", *part, "--kicks", kick)
+        flipped = answer_json("flips", *part, "--kick", kick)["feeding"]
+        assert flipped["options"] == lone["options"]
+        assert {**lone, **flipped, "units": lone["units"]} == lone
+        assert lone["per_minute"]["value"] <= best["per_minute"]["value"]
+        assert lone["kick_height"] in (0.0, kick)
+        if best["kick_height"] == 0.0:
+            assert lone["kick_height"] == 0.0 and "flip" not in lone["actions"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", CELLS)
+@pytest.mark.parametrize("number", range(PARTS))
+def test_the_first_box_of_a_report_is_the_plan_of_feeding(
+    part_of, tmp_path, number, name
+):
+    """The best plan, whatever kick was typed; and no kick is marked that is none."""
+    part = *part_of(number), "--wanted", 0, "--flips", 30, *CELLS[name]
+    file = tmp_path / "a.html"
+    radius = answer_json("estimate", *part[:3])["radius"]
+    kick = 0.17 * radius
+    usual_kicks = [0.05 * radius * 100.0 ** (k / 12) for k in range(13)]
+    answer("report", *part, "--kick", kick, "--drops", 50, "-o", file)
+    best = answer_json("feeding", *part, "--kicks", kick, *usual_kicks)
+    page = Page(file)
+    is_kicking = best["kick_height"] > 0.0
+    assert f"can be dropped a minute: {best['cell']}." in page.text
+    assert f"{best['per_minute']['value']:#.3g} parts picked a minute (" in page.text
+    assert ("), not kicked, where" in page.text) != is_kicking
+    (picture,) = page.named("Parts picked a minute over the kick height")
+    words = " ".join(picture.words)
+    assert bool(KICK.search(words)) == is_kicking
+    assert bool(UNKICKED.search(words)) != is_kicking
