@@ -239,7 +239,7 @@ def test_a_closed_output_is_no_failure(box, closed):
             "beside --counts",
         ),
         (["catalogue", "-o", ""], "name of a folder"),
-        (["flips", "--kick", 0.001, "--drops", -5], "1 to"),
+        (["flips", "--kick", 0.001, "--flips", -5], "1 to"),
         (["animate", "--drop-height", 1e100, "-o", "a.gif"], "samples of a drop"),
         (["animate", "-o", "pipe.gif"], "no file"),
     ],
