@@ -76,25 +76,15 @@ class MeasuredSize(NamedTuple):
     reference_drops: int
     points: tuple[ChartPoint, ...]
 
-    def drawn_points(self) -> list[int]:
-        """Places of the points with an error above 0.
-
-        An error below the noise of the reference has no place on a logarithmic axis,
-        and does not show that the point is better than others.
-        """
-        return [k for k, point in enumerate(self.points) if point.error > 0.0]
-
     def front(self) -> list[int]:
-        """Places of the points that no other one of those drawn beats in both."""
-        drawn_points = self.drawn_points()
-        return [
-            drawn_points[k]
-            for k in pareto_front([self.points[k] for k in drawn_points])
-        ]
+        """Places of the points that no other one beats in both."""
+        return pareto_front(self.points)
 
     def panel(self) -> ChartPanel:
-        """Panel of the figure."""
-        return ChartPanel(self.title, [self.points[k] for k in self.drawn_points()])
+        """Panel of the figure; an error of 0 has no place on a logarithmic axis."""
+        return ChartPanel(
+            self.title, [point for point in self.points if point.error > 0.0]
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ from ros_pose_stats.core.mesh.parts import part_from_mesh
 from ros_pose_stats.core.mesh.vectors import rotation_matrices
 from ros_pose_stats.core.records import Part
 from ros_pose_stats.core.records.scene import GRAVITY
-from ros_pose_stats.core.resting.poses import RestingPoses, resting_poses
+from ros_pose_stats.core.resting.poses import resting_poses
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -133,95 +133,56 @@ def count_poses(
     random = np.random.default_rng(seed)
     turns = rotation_matrices(_unit(random.standard_normal((drops, 4))))
     spin = plate.spin * _unit(random.standard_normal((drops, 3)))
-    height = np.full(drops, plate.drop_height)
-    speed = np.tile((plate.speed, 0.0, 0.0), (drops, 1))
-    ends = poses_reached(resting, plate, turns, height, speed, spin)
-    return np.bincount(ends, minlength=len(resting.poses)).astype(np.int64)
-
-
-def poses_reached(
-    resting: RestingPoses,
-    plate: RealPlate,
-    turns: Array,
-    height: Array,
-    velocity: Array,
-    spin: Array,
-) -> Index:
-    """Poses (n,) in which parts come to rest from orientations, heights, velocities and
-    spins.
-    """
     radius = resting.body.radius
     faces = resting.equilibria
     pose = resting.clusters.pose
     barrier = np.array([stable_pose.barrier for stable_pose in resting.poses])[pose]
     rest_energy = radius * faces.heights + np.minimum(NEAR * barrier, radius)
-    inverse = np.linalg.inv(resting.inertia * radius * radius)
-    ends = _drop_all(
-        resting.body.points * radius,
-        inverse,
-        faces.downs,
-        rest_energy,
-        turns,
-        height,
-        velocity,
-        spin,
-        np.array(plate[:2]),
-        radius,
-    )
+    inverse = np.asarray(np.linalg.inv(resting.inertia * radius * radius), np.float64)
+    body = Body(resting.body.points * radius, inverse, faces.downs, rest_energy, radius)
+    ends = _drop_all(body, plate, turns, spin)
     if (ends < 0).any():
         raise RuntimeError(f"a drop was still going on after {MOST_STEPS} steps")
-    return np.asarray(pose[ends], dtype=np.int64)
+    return np.bincount(pose[ends], minlength=len(resting.poses)).astype(np.int64)
 
 
 def _unit(vectors: Array) -> Array:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 
+class Body(NamedTuple):
+    """A part as it falls, a mass of 1."""
+
+    corners: Array  # (V, 3) about its centre of mass, metres
+    inverse: Array  # (3, 3) of its inertia
+    downs: Array  # (F, 3) directions that point down on its stable faces
+    rest_energy: Array  # (F,) below which it stays there, as a height in metres
+    radius: float
+
+
 @numba.njit(cache=True)
-def _drop_all(  # type: ignore[no-untyped-def]
-    corners,
-    inverse,
-    downs,
-    rest_energy,
-    turns,
-    heights,
-    velocities,
-    spins,
-    plate,
-    radius,
-):
+def _drop_all(body, plate, turns, spins):  # type: ignore[no-untyped-def]
     ends = np.empty(len(turns), np.int64)
     for drop in range(len(turns)):
-        ends[drop] = _drop(
-            corners,
-            inverse,
-            downs,
-            rest_energy,
-            turns[drop].copy(),
-            heights[drop],
-            velocities[drop].copy(),
-            spins[drop],
-            plate,
-            radius,
-        )
+        ends[drop] = _drop(body, plate, turns[drop].copy(), spins[drop])
     return ends
 
 
 @numba.njit(cache=True)
-def _drop(  # type: ignore[no-untyped-def]
-    corners, inverse, downs, rest_energy, turn, height, velocity, spin, plate, radius
-):
+def _drop(body, plate, turn, spin):  # type: ignore[no-untyped-def]
     """The face, by its number among the stable ones, that a drop ends on; -1 for
     none.
     """
-    restitution, friction = plate
+    radius = body.radius
+    inverse = body.inverse
     shortest = SHORTEST * math.sqrt(radius / GRAVITY)
     slowest = SLOWEST * math.sqrt(GRAVITY * radius)
-    arms = corners @ turn.T
-    z = max(height, -arms[:, 2].min())
+    arms = body.corners @ turn.T
+    z = max(plate.drop_height, -arms[:, 2].min())
+    velocity = np.array((plate.speed, 0.0, 0.0))
     momentum = turn @ np.linalg.solve(inverse, turn.T @ spin)
     for _ in range(MOST_STEPS):
-        arms = corners @ turn.T
+        arms = body.corners @ turn.T
         world = turn @ inverse @ turn.T
         lowest = z + arms[:, 2].min()
         rate = world @ momentum
@@ -237,11 +198,11 @@ def _drop(  # type: ignore[no-untyped-def]
                 0.5 * GRAVITY * step * step
             )  # of a flight; a touching part is held at each step
         else:
-            _touch(arms, z, velocity, momentum, world, restitution, friction, slowest)
+            _touch(arms, z, velocity, momentum, world, plate, slowest)
             rate = world @ momentum
             energy = z + 0.5 * (velocity @ velocity + rate @ momentum) / GRAVITY
-            face = np.argmax(downs @ -turn[2])
-            if energy < rest_energy[face]:
+            face = np.argmax(body.downs @ -turn[2])
+            if energy < body.rest_energy[face]:
                 return face
         z += velocity[2] * step
         half = _turned(turn, rate, 0.5 * step)
@@ -265,7 +226,7 @@ def _turned(turn, rate, seconds):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True)
 def _touch(  # type: ignore[no-untyped-def]
-    arms, z, velocity, momentum, world, restitution, friction, slowest
+    arms, z, velocity, momentum, world, plate, slowest
 ):
     """Impacts of all corners that touch and approach, the fastest first, in place."""
     for _ in range(50):
@@ -282,8 +243,8 @@ def _touch(  # type: ignore[no-untyped-def]
                     corner = number
         if corner < 0:
             return
-        bounce = restitution if fastest < -slowest else 0.0
-        strike(arms[corner], velocity, momentum, world, bounce, friction)
+        bounce = plate.restitution if fastest < -slowest else 0.0
+        strike(arms[corner], velocity, momentum, world, bounce, plate.friction)
 
 
 @numba.njit(cache=True)

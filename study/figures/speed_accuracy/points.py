@@ -126,6 +126,9 @@ def series_of(points: Sequence[ChartPoint]) -> list[tuple[str, list[ChartPoint]]
 def pareto_front(points: Sequence[ChartPoint]) -> list[int]:
     """Find the points than which no other is both faster and more exact.
 
+    An error of 0 is lost in the noise of the reference, and does not show that a point
+    is better than others: such points are left out.
+
     Parameters
     ----------
     points : sequence of ChartPoint
@@ -138,7 +141,8 @@ def pareto_front(points: Sequence[ChartPoint]) -> list[int]:
         first, so that the errors never rise.
     """
     order = sorted(
-        range(len(points)), key=lambda k: (points[k].seconds, -points[k].error)
+        (k for k, point in enumerate(points) if point.error > 0.0),
+        key=lambda k: (points[k].seconds, -points[k].error),
     )
     front: list[int] = []
     faster = np.inf
