@@ -245,9 +245,9 @@ def any_object(random: Random, depth: int = 0) -> Any:
 
 
 def any_objects(random: Random) -> Arrays:
-    """Any object in place of vertices, of triangles, or of both."""
+    """Any object in place of vertices, of triangles, of both or of neither."""
     vertices, triangles = polyhedron(random)
-    bits = random.integers(1, 4)
+    bits = random.integers(4)
     return (
         any_object(random) if bits & 1 else vertices,
         any_object(random) if bits & 2 else triangles,
