@@ -10,11 +10,11 @@ import numpy as np
 
 from lab.frame.documents import save_figure, write_json, write_page
 from ros_pose_stats.base.files import write_whole
+from ros_pose_stats.base.text import listed
 from ros_pose_stats.core.estimators.published import nonlinear
 
 from .chart import PLANS, QUICK, ChartResults, chart, chart_text
 from .dataset import Dataset, shipped_dataset, shipped_datasets
-from .dataset.spec import PAPER_RESTITUTIONS
 from .errors.partition import INTERVAL_LEVEL, noise_of
 from .errors.simulated_poses import SimulatedPoses, pooled
 from .figures.probabilities import Panel, estimators_figure, noise_figure
@@ -197,9 +197,6 @@ def accuracy_page(
 
 
 CURVE = np.arange(201) / 200.0
-PAPER_SAID = "0.2, 0.5\nand 0.8"
-"""The paper's restitutions in the chart's subtitle."""
-
 FITTED = "qse"
 """The estimator that Eq. 6 is fitted to."""
 
@@ -237,18 +234,11 @@ def draw_estimators(dataset: Dataset, results: TableResults) -> Figure:
 
 def draw_chart(results: ChartResults) -> Figure:
     """Time of a part against error, one panel a size of part."""
-    restitutions = results.spec.restitutions
-    subtitle = (
-        SUBTITLE
-        if restitutions == PAPER_RESTITUTIONS
-        else SUBTITLE.replace(
-            PAPER_SAID, ", ".join(f"{size:g}" for size in restitutions)
-        )
-    )
+    restitutions = listed([f"{size:g}" for size in results.spec.restitutions])
     return speed_accuracy_figure(
         [size.panel() for size in results.sizes],
-        level=INTERVAL_LEVEL,
-        subtitle=subtitle,
+        INTERVAL_LEVEL,
+        SUBTITLE.format(restitutions.replace(" and", "\nand")),
     )
 
 

@@ -53,20 +53,13 @@ def all_estimators(
     pace: Pace,
     name: str = "all_estimators",
     title: str = "All estimators from the mesh",
+    seconds: float | None = None,
 ) -> Section:
-    """Table with rows for each body at both cluster tolerances, with trimesh as the
-    target.
+    """Table with rows for each body at both cluster tolerances; the targets are
+    trimesh, and a number of seconds.
     """
-    rows = [row for body in bodies for row in _rows(body, pace)]
+    rows = [row for body in bodies for row in _rows(body, pace, seconds)]
     return Section(name, title, TIMED, tuple(rows))
-
-
-def near_spheres(bodies: Sequence[Body], pace: Pace) -> Section:
-    """Table of bodies with many stable poses; the target is a second."""
-    rows = [row for body in bodies for row in _rows(body, pace, NEAR_SPHERE_SECONDS)]
-    return Section(
-        "near_sphere", "Hundreds of stable poses and more", TIMED, tuple(rows)
-    )
 
 
 def answers(body: Body, tolerance: float) -> tuple[Part, list[PoseStatistics]]:
@@ -75,7 +68,7 @@ def answers(body: Body, tolerance: float) -> tuple[Part, list[PoseStatistics]]:
     return part, estimate_all(part, cluster_tolerance=tolerance, round_sides=0)
 
 
-def _rows(body: Body, pace: Pace, seconds: float | None = None) -> list[Row]:
+def _rows(body: Body, pace: Pace, seconds: float | None) -> list[Row]:
     def mesh() -> trimesh.Trimesh:
         return trimesh.Trimesh(body.vertices, body.triangles, process=False)
 

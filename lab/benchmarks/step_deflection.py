@@ -9,12 +9,14 @@ each is compared with the finest.
 from __future__ import annotations
 
 import argparse
-import importlib.util
 from pathlib import Path
 from typing import NamedTuple
 
+import cascadio
 import numpy as np
 
+from lab.bodies.shapes import Surface
+from lab.bodies.variants import joined
 from lab.frame.timing import timed
 from ros_pose_stats import Part, estimate, part_from_mesh
 from ros_pose_stats.core.mesh.files import STEP_SUFFIXES
@@ -37,23 +39,19 @@ class Reading(NamedTuple):
 def reading(data: bytes, folder: str, deflection: float) -> Reading:
     """Tessellate and make a part of all bodies."""
     scene, seconds = timed(lambda: read_step(data, folder, deflection))
-    vertices, triangles = joined(scene)
-    return Reading(seconds, part_from_mesh(vertices, triangles, body="all"))
+    return Reading(seconds, part_from_mesh(*whole(scene), body="all"))
 
 
-def joined(scene: RawScene) -> tuple[np.ndarray, np.ndarray]:
+def whole(scene: RawScene) -> Surface:
     """Vertices and triangles of all meshes in their places."""
-    vertices = []
-    triangles = []
-    count = 0
+    surfaces = []
     for number, rows in scene.placed:
         mesh = scene.meshes[number]
         matrix = np.reshape(rows, (3, 4))
         points = np.reshape(mesh.vertices, (-1, 3))
-        vertices.append(points @ matrix[:, :3].T + matrix[:, 3])
-        triangles.append(np.reshape(mesh.corners, (-1, 3)) + count)
-        count += len(points)
-    return np.concatenate(vertices), np.concatenate(triangles)
+        vertices = points @ matrix[:, :3].T + matrix[:, 3]
+        surfaces.append((vertices, np.reshape(mesh.corners, (-1, 3))))
+    return joined(*surfaces)
 
 
 def volume(part: Part) -> float:
@@ -84,10 +82,7 @@ def main() -> None:
     ]
     if not files:
         parser.error("expected STEP files or folders with some, got none")
-    package = importlib.util.find_spec("cascadio")
-    assert package is not None
-    assert package.origin is not None
-    folder = str(Path(package.origin).parents[1])
+    folder = str(Path(cascadio.__file__).parents[1])
     finest = [reading(data, folder, FINEST).part for data in files]
     for deflection in DEFLECTIONS:
         readings = [reading(data, folder, deflection) for data in files]

@@ -133,9 +133,8 @@ class Trial(NamedTuple):
 
 def trial(work: Callable[[Setting], Outcome]) -> Trial:
     """A trial named and described by its function."""
-    return Trial(
-        work.__name__.replace("_", " "), (work.__doc__ or "").rstrip("."), work
-    )
+    done = " ".join((work.__doc__ or "").split())
+    return Trial(work.__name__.replace("_", " "), done.rstrip("."), work)
 
 
 def program(name: str, trials: Sequence[Trial], short: float) -> int:

@@ -1,6 +1,6 @@
 """How well plates are fitted: Budden's dice, and plates simulated with friction."""
 
 from .results import plates_text, write_plates
-from .runs import PlateErrors, PlateResults, plates
+from .runs import plates
 
-__all__ = ["PlateErrors", "PlateResults", "plates", "plates_text", "write_plates"]
+__all__ = ["plates", "plates_text", "write_plates"]

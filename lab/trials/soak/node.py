@@ -19,7 +19,7 @@ from typing import NamedTuple
 from ros_pose_stats import part_from_mesh
 
 from ..cell import MEGABYTE, flat
-from ..frame import Outcome, Setting, Trial
+from ..frame import Outcome, Setting, trial
 from . import lanes
 from .life import UDP_ONLY, Life, node_of
 from .told import SEVERAL, SURFACES, Told
@@ -76,31 +76,13 @@ class Soak:
 
     def trials(self):
         """A row for each thing that is judged."""
-        return [
-            Trial(
-                "calls",
-                "Eleven clients at work at once through lives of the node that are "
-                "killed or stopped, the disk full, the folder moved away, the clock "
-                "set back and clients killed: every call is answered",
-                self.calls,
-            ),
-            Trial(
-                "answers",
-                "Estimates and simulations, those that were cancelled too, are "
-                "number for number the library's",
-                self.answers,
-            ),
-            Trial(
-                "bags",
-                "Results, acceptances and ends that clients were told without "
-                "NOT_RECORDED are in the bags, each end once",
-                self.bags,
-            ),
-            Trial("memory", "Resident memory of the longest life", self.memory),
-        ]
+        return map(trial, (self.calls, self.answers, self.bags, self.memory))
 
     def calls(self, setting: Setting) -> Outcome:
-        """Live all lives, once."""
+        """Eleven clients at work at once through lives of the node that are killed or
+        stopped, the disk full, the folder moved away, the clock set back and clients
+        killed: every call is answered.
+        """
         if not self._lives:
             self._live(setting)
         record = self.told
@@ -115,7 +97,9 @@ class Soak:
         return Outcome(sum(map(len, record.seconds.values())), record.wrong[:], summary)
 
     def answers(self, setting: Setting) -> Outcome:
-        """Beside the library."""
+        """Estimates and simulations, those that were cancelled too, are number for
+        number the library's.
+        """
         self.calls(setting)
         bad = self.told.unlike_the_library()
         simulated = self.told.events["simulations"]
@@ -127,7 +111,9 @@ class Soak:
         )
 
     def bags(self, setting: Setting) -> Outcome:
-        """Beside the bags."""
+        """Results, acceptances and ends that clients were told without NOT_RECORDED are
+        in the bags, each end once.
+        """
         self.calls(setting)
         lost = self.told.not_in([*sorted(self._folder.glob("moved_*")), self._bags])
         messages = (
@@ -141,7 +127,7 @@ class Soak:
         )
 
     def memory(self, setting: Setting) -> Outcome:
-        """Whether it goes on to grow."""
+        """Resident memory of the longest life."""
         self.calls(setting)
         sizes = self._memory
         first = median(sizes[: max(1, len(sizes) // 4)])

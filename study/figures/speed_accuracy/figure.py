@@ -25,10 +25,10 @@ from .points import (
 
 SUBTITLE = (
     "Time: of one core, median over parts. Error: root mean square over poses, pooled "
-    "over the coefficients of restitution 0.2, 0.5\nand 0.8, against the limit of the "
+    "over the coefficients of restitution {}, against the limit of the "
     "drop simulation for ever more drops; noise of the reference removed."
 )
-"""Says what time and error are of."""
+"""Says what time and error are of, at which restitutions."""
 
 WIDTH = 10.0
 PANEL = 4.1
@@ -49,7 +49,7 @@ LAST = 62.0
 
 
 def speed_accuracy_figure(
-    panels: Sequence[ChartPanel], level: float = 0.9, subtitle: str = SUBTITLE
+    panels: Sequence[ChartPanel], level: float, subtitle: str
 ) -> Figure:
     """Draw the error of each way to get the probabilities against its time.
 
