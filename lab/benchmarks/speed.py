@@ -19,8 +19,8 @@ from lab.frame.results import Results, Row, Section, format_cell, load
 from study.chart.speed_accuracy import duration
 
 MEASURED = ("core", "drops", "default_answer", "start", "node")
-TOLERANCE = ", tolerance 0.005"
-"""End of the names of rows at the default cluster tolerance."""
+UNMERGED = ", tolerance 0"
+"""End of the names of rows without a cluster tolerance; others have the default."""
 
 INTRODUCTION = """# What a part costs
 
@@ -132,13 +132,13 @@ def _point(measured: Iterable[dict[str, Any]], series: str | None, name: str) ->
 def _demo_parts(section: Section) -> str:
     rows = [
         (
-            row.name.removesuffix(TOLERANCE),
+            row.name.rpartition(", tolerance")[0],
             format_cell(row.cells["poses"]),
             _milliseconds(row.cells["all, ms"]),
             _milliseconds(row.cells["trimesh, ms"]),
         )
         for row in section.rows
-        if row.name.endswith(TOLERANCE)
+        if not row.name.endswith(UNMERGED)
     ]
     head = ("part", "poses", "all estimators", "trimesh")
     return f"{DEMO_PARTS}\n{markdown_table(head, rows)}"

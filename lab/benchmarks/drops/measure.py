@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from lab.bodies import curved
 from lab.frame.results import Section
 from lab.frame.timing import Pace
+from ros_pose_stats.core.records.scene import DEFAULT_CLUSTER_TOLERANCE
 
 from .dropper import paper_droppers
 from .rates import growth, rates
-
-MERGED = 0.005
-"""The default cluster tolerance."""
 
 RATES = Pace(41, 15.0)
 GROWTH = Pace(5, 2.0)
@@ -67,7 +65,15 @@ def families(plan: Plan) -> list[tuple[str, float, list[curved.Body]]]:
     """Bodies for the cost against vertices: name, cluster tolerance, sizes."""
     ellipsoids = [curved.ellipsoid(size) for size in plan.ellipsoids]
     return [
-        ("ellipsoid at tolerance 0.005", MERGED, ellipsoids),
+        (
+            f"ellipsoid at tolerance {DEFAULT_CLUSTER_TOLERANCE:g}",
+            DEFAULT_CLUSTER_TOLERANCE,
+            ellipsoids,
+        ),
         ("ellipsoid at tolerance 0", 0.0, ellipsoids),
-        ("rounded box", MERGED, [curved.rounded_box(fine) for fine in plan.fineness]),
+        (
+            "rounded box",
+            DEFAULT_CLUSTER_TOLERANCE,
+            [curved.rounded_box(fine) for fine in plan.fineness],
+        ),
     ]

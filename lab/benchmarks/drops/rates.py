@@ -108,9 +108,9 @@ GROWTH = (
     "the lower the barriers between those that are stable, and at tolerance 0 a drop "
     "goes on until the last one is decided. The rounded box, from "
     "`lab/bodies/curved.py`, has six flats that stay the only stable faces however "
-    "fine the rest becomes, cluster tolerance 0.005. `events` are impacts and steps of "
-    "the motion between them. Time of dropping on one thread, the median over rounds "
-    "of other drops."
+    "fine the rest becomes, at the default cluster tolerance. `events` are impacts and "
+    "steps of the motion between them. Time of dropping on one thread, the median over "
+    "rounds of other drops."
 )
 
 

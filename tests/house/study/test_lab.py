@@ -10,8 +10,11 @@ import pytest
 
 from lab.benchmarks.default_answer import holds, square_error
 from lab.benchmarks.design.sections import PAGE as DESIGN
+from lab.benchmarks.estimates import TOLERANCES
 from lab.benchmarks.program import BENCHMARKS, write_pages
+from lab.benchmarks.speed import speed_page
 from lab.bodies.families import FAMILIES, family_part, family_poses
+from lab.frame.results import Results, Row, Section
 from lab.training.split import counting
 from lab.training.split.judge import errors_by_family
 from lab.training.split.samples import JUDGE_SEED, read_samples
@@ -54,6 +57,22 @@ def test_the_pages_are_those_of_the_stored_numbers(tmp_path):
         verdict for *_, verdict in judged((MEASURED / "benchmarks.md").read_text())
     ]
     assert len(results) == int(misses[2]) and sum(results) == int(misses[1])
+
+
+def test_the_page_on_speed_has_the_demo_parts_whatever_the_default_tolerance():
+    rows = [
+        Row(
+            f"clamp, 480 vertices, tolerance {tolerance:g}",
+            {"poses": poses, "all, ms": 5.0, "trimesh, ms": 9.0},
+        )
+        for tolerance, poses in zip(TOLERANCES, (8, 7), strict=True)
+    ]
+    machine = dict.fromkeys(("processor", "cores", "python", "date"), "")
+    core = Results(machine, (Section("demo", "The demo parts", "", tuple(rows)),))
+    page = speed_page({"core": core}, {"sizes": []})
+    (line,) = (line for line in page.splitlines() if line.startswith("| clamp"))
+    cells = [cell.strip() for cell in line.strip("|").split("|")]
+    assert cells == ["clamp, 480 vertices", "7", "5 ms", "9 ms"]
 
 
 def test_the_reference_takes_its_noise_off_and_widens_bounds_by_it():
