@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ros_pose_stats.core.estimators import ESTIMATORS
-from ros_pose_stats.core.records import DropScene
+from ros_pose_stats.core.records import Array, DropScene
 from ros_pose_stats.core.resting.poses import RestingPoses
 
 from .dataset import Dataset
 from .errors.simulated_poses import SimulatedPoses
-
-Array = NDArray[np.float64]
 
 
 def restings(

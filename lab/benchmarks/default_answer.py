@@ -29,14 +29,13 @@ from lab.frame.timing import timed
 from lab.training.split.samples import FIT_SEED, read_samples
 from ros_pose_stats import Part, PoseStatistics, auto, estimate, resting_poses, simulate
 from ros_pose_stats.core.planning import confidence
+from ros_pose_stats.core.records import Array, Mask
 from ros_pose_stats.core.records.scene import DEFAULT_RESTITUTION
 from ros_pose_stats.core.statistics.prior import PosePrior, prior_fit
 
 from .files import files_in, loaded
 from .program import benchmark_parser, run_benchmark
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Cases = dict[str, NDArray[Any]]
 """Columns by name, a row a body in a scene; square errors until a table is made."""
 

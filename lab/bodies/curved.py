@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
+from ros_pose_stats.core.records import Array, Index
 from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
 
 from . import exports, shapes
@@ -32,8 +32,8 @@ class Body(NamedTuple):
     """A named mesh: vertices (V, 3) and triangles (T, 3)."""
 
     name: str
-    vertices: NDArray[np.float64]
-    triangles: NDArray[np.int64]
+    vertices: Array
+    triangles: Index
 
 
 def random_polyhedron(vertices: int, seed: int) -> Body:
@@ -96,7 +96,7 @@ def rounded_box(fineness: int) -> Body:
     return Body("rounded box", *shapes.hull_mesh(np.vstack(corners) * ROUNDED_AXES))
 
 
-def _corner(side: NDArray[np.int64], fineness: int) -> NDArray[np.float64]:
+def _corner(side: Index, fineness: int) -> Array:
     """Triangular grid on one corner of the cut unit sphere.
 
     In squared coordinates the sphere is the plane X + Y + Z = 1 and each cut is X =

@@ -7,14 +7,14 @@ Each maker takes a random generator and gives vertices and triangles.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+
+from ros_pose_stats.core.records import Array
 
 from . import shapes
 from .shapes import Surface
 from .variants import joined
 
-Array = NDArray[np.float64]
 Random = np.random.Generator
 
 REGULAR = (

@@ -11,14 +11,11 @@ import math
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
 from ros_pose_stats.core.shapes.profiles import unit_circle
 
 from .solids import Solid, block, extruded
 from .turned import disc
-
-Array = NDArray[np.float64]
 
 
 def machined(draw: Generator) -> list[Solid]:

@@ -16,14 +16,13 @@ from itertools import count, islice
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ros_pose_stats.base.errors import MassPropertiesError, MeshError, RequestError
 from ros_pose_stats.core.kernels.elementary import sines_cosines
 from ros_pose_stats.core.kernels.principal_axes import principal_axes
 from ros_pose_stats.core.mesh.parts import part_from_mesh
 from ros_pose_stats.core.mesh.vectors import lengths, turn_vectors
-from ros_pose_stats.core.records import Part
+from ros_pose_stats.core.records import Array, Index, Part
 from ros_pose_stats.core.resting.poses import resting_poses
 
 from .shapes import hull_mesh
@@ -49,14 +48,14 @@ def uniforms(seed: int, number: int, attempt: int) -> Iterator[float]:
             yield (int(word) >> 11) * 2.0**-53
 
 
-def normals(numbers: Iterator[float], count: int) -> NDArray[np.float64]:
+def normals(numbers: Iterator[float], count: int) -> Array:
     """Draw normal numbers (count,) by Box and Muller (1958), one of each pair."""
     pairs = np.array(list(islice(numbers, 2 * count))).reshape(count, 2)
     radius = np.sqrt(-2.0 * logarithms(1.0 - pairs[:, 0]))
     return np.asarray(radius * sines_cosines((2.0 * math.pi) * pairs[:, 1])[1])
 
 
-def logarithms(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def logarithms(values: Array) -> Array:
     """Natural logarithms (n,) of normal numbers (n,) above 0 (DLMF 4.6.4), alike
     everywhere.
 
@@ -88,8 +87,6 @@ def failures(numbers: Iterator[float], chance: float) -> int:
     return count
 
 
-Array = NDArray[np.float64]
-
 SHIFT_MOMENTS: Final = ("inertia", "second")
 """Moments whose root is the range q_i of the shift; see `random_polyhedron`."""
 
@@ -116,7 +113,7 @@ class RandomPolyhedron:
     """
 
     vertices: Array
-    triangles: NDArray[np.int64]
+    triangles: Index
     center_of_mass: Array
     redraws: int
 

@@ -9,12 +9,11 @@ import math
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
+
+from ros_pose_stats.core.records import Array
 
 from .solids import Solid, extruded
 from .turned import _rings, flattened_ball
-
-Array = NDArray[np.float64]
 
 
 def _arc(draw: Generator, begin: float, end: float) -> Array:

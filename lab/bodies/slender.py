@@ -9,12 +9,11 @@ import math
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
+
+from ros_pose_stats.core.records import Array
 
 from .solids import Solid, around, block, cube, extruded, tapered
 from .turned import disc
-
-Array = NDArray[np.float64]
 
 
 def bars(draw: Generator) -> list[Solid]:

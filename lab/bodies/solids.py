@@ -8,16 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
 from ros_pose_stats.core.mesh.parts import part_from_mesh
 from ros_pose_stats.core.mesh.surface import solid_of
 from ros_pose_stats.core.mesh.vectors import to_unit_size
-from ros_pose_stats.core.records import Part
+from ros_pose_stats.core.records import Array, Index, Part
 
 from .shapes import hull_mesh, lofted
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,13 +32,13 @@ class Solid:
 
     corners: Array
     density: float = 1.0
-    triangles: NDArray[np.int64] | None = None
+    triangles: Index | None = None
 
     def hole(self) -> Solid:
         """The same solid as a hole."""
         return Solid(self.corners, -1.0, self.triangles)
 
-    def surface(self) -> tuple[Array, NDArray[np.int64]]:
+    def surface(self) -> tuple[Array, Index]:
         """Vertices and triangles."""
         if self.triangles is None:
             return hull_mesh(self.corners)
@@ -135,7 +132,7 @@ def assembled(solids: list[Solid]) -> Part:
     )
 
 
-def _surface(solids: list[Solid]) -> tuple[Array, NDArray[np.int64]]:
+def _surface(solids: list[Solid]) -> tuple[Array, Index]:
     """Of the hull of all, or where one has triangles of its own, of each."""
     if all(solid.triangles is None for solid in solids):
         return hull_mesh(np.concatenate([solid.corners for solid in solids]))

@@ -11,13 +11,11 @@ from collections.abc import Iterable
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
+from ros_pose_stats.core.records import Array
 from ros_pose_stats.core.shapes.profiles import unit_circle
 
 from .solids import Solid, extruded, fan, tapered
-
-Array = NDArray[np.float64]
 
 
 def rounds(draw: Generator) -> list[Solid]:

@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 import rclpy
 from geometry_msgs.msg import Pose, Quaternion
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from ros_pose_stats_msgs.msg import ObservedParts, PoseStatistics
 
 from ros_pose_stats import load_part, simulate
-
-Array = NDArray[np.float64]
+from ros_pose_stats.core.records import Array
 
 LATCHED = QoSProfile(
     depth=256,

@@ -9,13 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-from numpy.typing import NDArray
 
 from ros_pose_stats.base.errors import RequestError
-from ros_pose_stats.core.records import PoseStatistics
+from ros_pose_stats.core.records import Array, PoseStatistics
 from ros_pose_stats.tools.plots.figures import BLUE, INK, new_figure, open_axes
-
-Array = NDArray[np.float64]
 
 MOST_POSES = 6
 """Poses with axes of their own, those that are most probable on the plate."""

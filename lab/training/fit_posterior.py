@@ -15,15 +15,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from ros_pose_stats.core.records import Array
 from ros_pose_stats.core.statistics.fitted_prior import FITTED_METHOD
 from ros_pose_stats.core.statistics.prior import PriorFit
 
 from .posterior_samples import RESTITUTIONS, Sample, samples
-
-Array = NDArray[np.float64]
 
 MODULE = (
     Path(__file__).resolve().parents[2]

@@ -12,8 +12,8 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ros_pose_stats.core.estimators.fitted import TanhNetwork
+from ros_pose_stats.core.records import Array
 
-Array = NDArray[np.float64]
 Floats = NDArray[np.floating]
 
 RATE = 0.01

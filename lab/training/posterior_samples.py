@@ -7,20 +7,16 @@ from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lab.bodies.families import MADE, family_part, family_poses
 from ros_pose_stats.core.estimators.estimate import estimator
 from ros_pose_stats.core.estimators.expected import expected_error
-from ros_pose_stats.core.records import DropScene
+from ros_pose_stats.core.records import Array, DropScene, Index
 from ros_pose_stats.core.resting.poses import RestingPoses
 from ros_pose_stats.core.statistics.prior import PosePrior, PriorFit
 from study.dataset import Dataset, shipped_datasets
 
 from .split.samples import FIT_SEED, HEIGHT, USUAL, read_samples
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 RESTITUTIONS = USUAL
 

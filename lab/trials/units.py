@@ -14,11 +14,12 @@ import numpy as np
 import trimesh
 from manifold3d import CrossSection, Manifold
 
-from lab.bodies.degenerate import Array, Random
+from lab.bodies.degenerate import Random
 from lab.bodies.shapes import Surface
 from ros_pose_stats import load_part
 from ros_pose_stats.base.text import length_in_words
 from ros_pose_stats.core.mesh.units import METRES_PER_UNIT
+from ros_pose_stats.core.records import Array
 
 from .frame import Outcome, Setting, judged, program, trial
 

@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lab.bodies.shapes import ellipsoid_points, hull_mesh
 from ros_pose_stats.core.mesh.parts import part_from_mesh
-from ros_pose_stats.core.records import DropScene, Part
+from ros_pose_stats.core.records import Array, DropScene, Index, Part
 from ros_pose_stats.core.records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_ROUND_SIDES,
@@ -21,8 +20,6 @@ from ros_pose_stats.core.simulation.simulate import simulate
 from ..dataset import Dataset
 from ..errors.simulated_poses import SimulatedPoses, pooled
 from ..estimates import restings
-
-Array = NDArray[np.float64]
 
 PARTS_SEED = 21
 """Of the series of machined and turned parts."""
@@ -38,7 +35,7 @@ class Mesh:
     """
 
     vertices: Array
-    triangles: NDArray[np.int64]
+    triangles: Index
     center_of_mass: Array
 
     def part(self) -> Part:

@@ -8,11 +8,11 @@ from statistics import median
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from trimesh.poses import compute_stable_poses
 
 from lab.frame.timing import timed
+from ros_pose_stats.core.records import Array
 from ros_pose_stats.core.resting.poses import RestingPoses
 
 from ..errors.partition import accuracy
@@ -20,8 +20,6 @@ from ..errors.simulated_poses import pooled
 from ..figures.speed_accuracy import ChartPoint
 from .bodies import Size
 from .methods import measured_point
-
-Array = NDArray[np.float64]
 
 SAME_FACE = 1e-3
 SAME_FACET = 0.2

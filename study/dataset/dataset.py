@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 
 from lab.bodies.random_polyhedra import RandomPolyhedron
 from ros_pose_stats.base.errors import RequestError
-from ros_pose_stats.core.records import Part
+from ros_pose_stats.core.records import Index, Part
 from ros_pose_stats.core.resting.poses import RestingPoses, resting_poses
 
 from ..errors.simulated_poses import SimulatedPoses
 from .archive import Arrays, read_archive
 from .spec import DatasetError, DatasetSpec
-
-Index = NDArray[np.int64]
 
 SAME_DOWN = 1e-9
 """Angle, in radians, within which a pose of a body is the pose in the file."""

@@ -11,10 +11,9 @@ from pathlib import Path
 from threading import Event
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lab.bodies.random_polyhedra import RandomPolyhedron, random_polyhedron
-from ros_pose_stats.core.records import DropScene
+from ros_pose_stats.core.records import DropScene, Index
 from ros_pose_stats.core.simulation.drop_body import PreparedBody, body_in_part_axes
 from ros_pose_stats.core.simulation.drops import (
     compute_drops,
@@ -253,7 +252,7 @@ def _surfaces(bodies: list[RandomPolyhedron]) -> Arrays:
 
 def _counts(
     spec: DatasetSpec, number: int, body: PreparedBody, should_stop: Callable[[], bool]
-) -> NDArray[np.int64]:
+) -> Index:
     """Drops in each pose, at each restitution, in each block (P, R, K)."""
     ends = spec.block_ends
     shape = len(body.resting.poses), len(spec.restitutions), len(ends)

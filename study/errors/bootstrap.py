@@ -11,8 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from ros_pose_stats.core.records import Array, Index
 
 RESAMPLES: Final = 1000
 """Resamples; with so many a standard error is right to 1 / sqrt(2000) = 2 %."""

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from ros_pose_stats.core.records import Array
 
 from .bootstrap import body_bootstrap
 from .simulated_poses import SimulatedPoses
-
-Array = NDArray[np.float64]
 
 INTERVAL_LEVEL: Final = 0.95
 """Level of the interval of an `Accuracy`."""

@@ -6,12 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ros_pose_stats.base.errors import RequestError
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from ros_pose_stats.core.records import Array, Index
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,11 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ros_pose_stats.core.records import Array
 from ros_pose_stats.tools.plots.figures import INK, REFERENCE, new_figure, open_axes
-
-Array = NDArray[np.float64]
 
 Curves = Sequence[tuple[str, ArrayLike]]
 

@@ -11,13 +11,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ros_pose_stats.core.records import Array
 from ros_pose_stats.tools.plots.figures import INK
 
 from .curves import LINES, Curves, Marker, draw_bars, merge_curves, row_of_panels
-
-Array = NDArray[np.float64]
 
 TICKS = (0.3, 0.5, 1.0, 2.0, 3.0)
 LIMITS = (0.28, 3.2)

@@ -12,11 +12,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ros_pose_stats.core.records import Array
 from ros_pose_stats.tools.plots.figures import BLUE, INK, REFERENCE, new_figure
-
-Array = NDArray[np.float64]
 
 COLUMNS = 3
 

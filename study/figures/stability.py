@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ros_pose_stats.core.records import Array
 from ros_pose_stats.tools.plots.figures import (
     BLUE,
     INK,
@@ -23,8 +24,6 @@ from ros_pose_stats.tools.plots.figures import (
 )
 
 from .curves import LINES, Marker, draw_bars, merge_curves, row_of_panels
-
-Array = NDArray[np.float64]
 
 JUMP = "#D55E00"
 PALE = "#b9bfc4"

@@ -16,17 +16,13 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from lab.bodies.shapes import box, ellipsoid_points, hull_mesh, prism
 from ros_pose_stats.core.mesh.parts import part_from_mesh
 from ros_pose_stats.core.mesh.vectors import rotation_matrices
-from ros_pose_stats.core.records import Part
+from ros_pose_stats.core.records import Array, Index, Part
 from ros_pose_stats.core.records.scene import GRAVITY
 from ros_pose_stats.core.resting.poses import resting_poses
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 FILE = Path(__file__).with_name("counts.json")
 PLATES = 10

@@ -9,17 +9,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lab.bodies.dice import DICE, Die, on_squares, square_prism
 from ros_pose_stats.core.estimators.split import split
 from ros_pose_stats.core.plates import CountedPart, count_part, fit_plate
 from ros_pose_stats.core.plates.fit import ROUND_SIDES, ExplainedPart, SceneGrid
+from ros_pose_stats.core.records import Array, Index
 from ros_pose_stats.core.records.scene import DropScene, Numbering
 
 from .friction import plate_of, read_counts, study_parts
 
-Array = NDArray[np.float64]
 Say = Callable[[str], object]
 
 FITTED = 5
@@ -181,7 +180,7 @@ def _draw_counts(
     )
 
 
-def _square_error(counts: NDArray[np.int64], expected: Array) -> float:
+def _square_error(counts: Index, expected: Array) -> float:
     """Mean square error over groups, the noise of the counts taken off; it may be below
     0.
     """

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lab.bodies.dice import DICE
-
-Array = NDArray[np.float64]
+from ros_pose_stats.core.records import Array, Index
 
 REPLICATES = 4000
 """Replicates of the bootstrap; they give a standard error to about a hundredth of
@@ -15,7 +14,7 @@ itself.
 """
 
 MEASURED: Array = np.array([die.on_sides for die in DICE])
-ROLLS: NDArray[np.int64] = np.array([die.rolls for die in DICE])
+ROLLS: Index = np.array([die.rolls for die in DICE])
 
 
 def root_mean_square(predicted: ArrayLike) -> float:

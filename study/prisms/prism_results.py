@@ -7,17 +7,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lab.bodies.dice import SOURCE
 from lab.frame.documents import markdown_table, plain, points
 from ros_pose_stats.core.estimators import ESTIMATORS
+from ros_pose_stats.core.records import Array
 from ros_pose_stats.core.records.scene import describe_scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 
 LEVEL = 0.95
 """Level of the intervals, as in Fig. 5."""

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lab.bodies.dice import DICE, on_squares, square_prism
 from ros_pose_stats.core.estimators import ESTIMATORS
-from ros_pose_stats.core.records import DropScene
+from ros_pose_stats.core.records import Array, DropScene
 from ros_pose_stats.core.records.scene import DEFAULT_DROP_RADII
 from ros_pose_stats.core.resting.poses import resting_poses
 from ros_pose_stats.core.simulation.request import drop_request
@@ -20,8 +20,6 @@ from ros_pose_stats.core.statistics.errors import jeffreys_interval
 
 from .dice import root_mean_square, sampling_noise, standard_error
 from .prism_results import LEVEL, Misfit, PrismResults, SidesPoint
-
-Array = NDArray[np.float64]
 
 Points = dict[float, tuple[SidesPoint, ...]]
 

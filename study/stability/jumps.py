@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ros_pose_stats.core.records import Array
 
 JUMP = 2e-3
 """Change of a probability that is examined, and that counts as a jump if it remains."""

@@ -9,11 +9,11 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lab.frame.documents import markdown_table, points, write_page
 from ros_pose_stats.base.text import listed
 from ros_pose_stats.core.estimators import ESTIMATORS
+from ros_pose_stats.core.records import Array
 from ros_pose_stats.core.records.scene import DEFAULT_RESTITUTION, describe_scene
 
 from ..figures.stability import WalkCurve, WalkPanel, reliability_figure, walk_figure
@@ -233,7 +233,7 @@ def _row(results: WalkResults, curve: Curve) -> tuple[str, ...]:
     )
 
 
-def _noise(results: WalkResults) -> NDArray[np.float64]:
+def _noise(results: WalkResults) -> Array:
     """Standard error of the simulation at each value, never 0."""
     n = results.simulated.settled
     q = (results.simulated.values * n + 0.5) / (n + 1.0)

@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.core.records import Part
+from ros_pose_stats.core.records import Array, Mask, Part
 from ros_pose_stats.core.records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_RESTITUTION,
 )
-
-Array = NDArray[np.float64]
 
 SIZE = 0.02
 """Size of the bodies, metres, on which no number depends."""
@@ -80,7 +78,7 @@ class Walk:
     values: NDArray[np.floating[Any]]
     logarithmic: bool
     make: Callable[[float], Step]
-    watched: Callable[[Array], NDArray[np.bool_]]
+    watched: Callable[[Array], Mask]
     quantity: str
     cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE
     round_sides: int = 0
@@ -106,13 +104,13 @@ class Walk:
 
 def is_towards(
     direction: tuple[float, float, float], angle: float
-) -> Callable[[Array], NDArray[np.bool_]]:
+) -> Callable[[Array], Mask]:
     """Whether directions (P, 3) lie within an angle, in radians, of one."""
     unit = np.asarray(direction) / np.linalg.norm(direction)
     cosine = np.cos(angle)
     return lambda downs: np.asarray(downs @ unit >= cosine)
 
 
-def is_along(axis: int) -> Callable[[Array], NDArray[np.bool_]]:
+def is_along(axis: int) -> Callable[[Array], Mask]:
     """Whether directions (P, 3) lie nearest to an axis, either way."""
     return lambda downs: np.asarray(np.abs(downs[:, axis]) > 0.9)

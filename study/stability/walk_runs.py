@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ros_pose_stats.core.estimators import estimate_all
 from ros_pose_stats.core.estimators.expected import expected_error
 from ros_pose_stats.core.planning.hybrid import hybrid
-from ros_pose_stats.core.records import DropScene, PoseStatistics
+from ros_pose_stats.core.records import Array, DropScene, Index, PoseStatistics
 from ros_pose_stats.core.resting.poses import resting_poses
 from ros_pose_stats.core.simulation.simulate import simulate
 from ros_pose_stats.core.statistics.errors import (
@@ -30,8 +30,6 @@ from ..estimates import restings, scene_estimates, square_errors
 from .jumps import Change, change
 from .walk import Step, Walk
 from .walks import walks
-
-Array = NDArray[np.float64]
 
 DROPS = 4_000
 QUICK_DROPS = 200
@@ -65,7 +63,7 @@ class SimulatedCurve(NamedTuple):
     values: Array
     low: Array
     high: Array
-    settled: NDArray[np.int64]
+    settled: Index
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +85,7 @@ class WalkResults:
 
     walk: Walk
     values: NDArray[np.floating[Any]]
-    poses: NDArray[np.int64]
+    poses: Index
     curves: tuple[Curve, ...]
     simulated: SimulatedCurve
     combined: Array

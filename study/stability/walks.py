@@ -10,13 +10,12 @@ import numpy as np
 from lab.bodies.random_polyhedra import random_polyhedron
 from lab.bodies.shapes import box, hull_mesh, sphere_points
 from ros_pose_stats.core.mesh.parts import part_from_mesh
-from ros_pose_stats.core.records import Part
+from ros_pose_stats.core.records import Array, Part
 from ros_pose_stats.core.resting.poses import resting_poses
 
 from .part_walks import part_walks
 from .walk import (
     SIZE,
-    Array,
     Step,
     Walk,
     is_along,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ros_pose_stats.core.estimators import ESTIMATORS
 from ros_pose_stats.core.planning.confidence import pose_prior
-from ros_pose_stats.core.records import DropScene
+from ros_pose_stats.core.records import Array, DropScene
 from ros_pose_stats.core.resting.poses import RestingPoses
 from ros_pose_stats.core.simulation.simulate import simulate
 
@@ -22,8 +22,6 @@ from ..errors.partition import accuracy, noise_of, sensitivity
 from ..errors.simulated_poses import SimulatedPoses, pooled
 from ..estimates import restings, scene_estimates
 from .table_results import Outlier, Row, Shapes, TableResults
-
-Array = NDArray[np.float64]
 
 
 def table(

@@ -5,15 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lab.frame.documents import plain
+from ros_pose_stats.core.records import Array
 
 from ..dataset import DatasetSpec
 from ..errors.partition import Accuracy, Noise
-
-Array = NDArray[np.float64]
 
 Range = tuple[int, int]
 

@@ -7,16 +7,14 @@ import sys
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lab.frame.page import Page
 from lab.frame.results import Row, Section
+from ros_pose_stats.core.records import Array
 from ros_pose_stats.tools.design.sensitivity import STEP
 
 from .cases import all_parts, make_case
 from .slopes import Slope, measure_slopes
-
-Array = NDArray[np.float64]
 
 KINDS = {"centre": "centre of mass", "stretch": "stretching", "face": "resting face"}
 

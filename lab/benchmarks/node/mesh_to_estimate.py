@@ -9,8 +9,6 @@ from itertools import count
 from statistics import median
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
 from rclpy.serialization import serialize_message
 from scipy.spatial import ConvexHull
 
@@ -18,6 +16,7 @@ from lab.bodies.curved import Body
 from lab.frame.results import Row, Section
 from lab.frame.timing import Contender, Pace, Timings, race
 from ros_pose_stats import estimate, part_from_mesh
+from ros_pose_stats.core.records import Array
 from tests.contract.node.harness.cell import MeshPublisher
 from tests.contract.node.harness.parts import flat, mesh
 
@@ -69,10 +68,10 @@ def mesh_to_estimate(topics: Topics, bodies: Sequence[Body], pace: Pace) -> Sect
 def _scale(body: Body) -> list[Contender]:
     """Contenders that do the same in this process, for scale."""
 
-    def fresh() -> NDArray[np.float64]:
+    def fresh() -> Array:
         return larger(body.vertices)
 
-    def library(vertices: NDArray[np.float64]) -> object:
+    def library(vertices: Array) -> object:
         return estimate(part_from_mesh(vertices, body.triangles), "split")
 
     library(fresh())  # loads the kernels
@@ -131,6 +130,6 @@ def _row(timings: Timings, body: Body, name: str) -> Row:
 _numbers = count(1)
 
 
-def larger(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+def larger(vertices: Array) -> Array:
     """A slightly larger copy, which is new to the node."""
     return vertices * (1.0 + STEP * next(_numbers))

@@ -15,13 +15,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize, minimize_scalar
 from scipy.special import gammaln, logsumexp
 
 from ros_pose_stats.core.estimators import ESTIMATORS
 from ros_pose_stats.core.estimators.expected import scatter_mixture
 from ros_pose_stats.core.estimators.fitted import ERROR_FILE, ErrorFit
+from ros_pose_stats.core.records import Array
 from study.dataset import shipped_datasets
 from study.estimates import restings, scene_estimates, square_errors
 
@@ -34,8 +34,6 @@ from ..network_fit import (
     undo_scaling,
 )
 from .samples import ErrorSamples
-
-Array = NDArray[np.float64]
 
 RESTITUTIONS = (0.2, 0.5, 0.8)
 UNITS = 6

@@ -13,14 +13,12 @@ from lab.frame.results import Row, Section, Target
 from ros_pose_stats.core.estimators import best_method
 from ros_pose_stats.core.estimators.expected import expected_error, scatter_mixture
 from ros_pose_stats.core.estimators.fitted import ErrorFit
+from ros_pose_stats.core.records import Array, Index, Mask
 from ros_pose_stats.core.records.scene import DEFAULT_RESTITUTION
 from ros_pose_stats.core.statistics.errors import DEFAULT_LEVEL, largest_error
 
 from ..split.samples import Sample
 from .samples import answered, counted
-
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 LEAST = 1e-4
 """True error, a fraction, that stands where the noise of the drops hides it."""
@@ -75,13 +73,13 @@ class Judged(NamedTuple):
     family: NDArray[np.str_]
     restitution: Array
     height: Array
-    poses: NDArray[np.int64]
+    poses: Index
     expected: Array
     square: Array
     noise: Array
-    kept: Bools
+    kept: Mask
 
-    def some(self, keep: Bools) -> Judged:
+    def some(self, keep: Mask) -> Judged:
         """The samples (U,) that are to be kept."""
         return Judged(*(column[keep] for column in self))
 

@@ -8,7 +8,6 @@ from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ros_pose_stats.core.estimators import ESTIMATORS
 from ros_pose_stats.core.estimators.fitted import (
@@ -16,13 +15,11 @@ from ros_pose_stats.core.estimators.fitted import (
     error_scale,
     reference_answers,
 )
-from ros_pose_stats.core.records import DropScene
+from ros_pose_stats.core.records import Array, DropScene, Index
 from ros_pose_stats.core.resting.poses import RestingPoses
 
 from ..split.samples import Sample
 from ..split.table import scenes_of
-
-Array = NDArray[np.float64]
 
 DECIDED = 1e-6
 """Samples with a smaller mean error scale are left out: symmetry leaves one answer."""
@@ -50,7 +47,7 @@ class ErrorSamples(NamedTuple):
     square: Array
     noise: Array
     freedom: Array
-    poses: NDArray[np.int64]
+    poses: Index
 
 
 def error_samples(

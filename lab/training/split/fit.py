@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ros_pose_stats.core.estimators.fitted import SPLIT_FILE, SplitFit, TanhNetwork
 from ros_pose_stats.core.estimators.split import component_bases
+from ros_pose_stats.core.records import Array
 
 from ..network_fit import (
     coefficient_count,
@@ -29,7 +30,6 @@ from .gradient import loss_gradient
 from .samples import FIT_SEED, Sample
 from .table import Table, make_table
 
-Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
 SQUARE = 3.0

@@ -6,13 +6,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ros_pose_stats.core.kernels.compilation import kernel
+from ros_pose_stats.core.records import Array
 
 from .table import Table
-
-Array = NDArray[np.float64]
 
 SMALLEST = 1e-300
 """Probability by which is divided, at least."""

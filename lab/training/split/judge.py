@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lab.frame.documents import markdown_table
 from ros_pose_stats.core.estimators.fitted import SplitFit
 from ros_pose_stats.core.estimators.split import split
+from ros_pose_stats.core.records import Array
 
 from .samples import JUDGE_SEED, Sample
 from .table import scenes_of
-
-Array = NDArray[np.float64]
 
 
 def errors_by_family(

@@ -7,11 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ros_pose_stats.base.files import write_whole
-
-Index = NDArray[np.int64]
+from ros_pose_stats.core.records import Index
 
 FILE = Path(__file__).resolve().parent / "samples.npz"
 

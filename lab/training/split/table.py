@@ -11,13 +11,10 @@ from numpy.typing import NDArray
 
 from lab.bodies.families import family_part, family_poses
 from ros_pose_stats.core.estimators.split import kept_shares, split_inputs
-from ros_pose_stats.core.records import DropScene
+from ros_pose_stats.core.records import Array, DropScene, Index, Mask
 from ros_pose_stats.core.resting.poses import RestingPoses
 
 from .samples import Sample
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 LEAST_DROPS = 50
 MOST_UNSETTLED = 0.01
@@ -44,7 +41,7 @@ class Table(NamedTuple):
     first_pose: Index
     share: Array  # (P,) count over settled drops
 
-    def some(self, which: Index | NDArray[np.bool_]) -> Table:
+    def some(self, which: Index | Mask) -> Table:
         """Samples by their numbers, or those (U,) that are true."""
         samples = np.arange(self.splits.shape[0])
         chosen = samples[which]

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from lab.bodies.degenerate import Array, Random, power, rotation
+from lab.bodies.degenerate import Random, power, rotation
 from lab.bodies.shapes import Surface
+from ros_pose_stats.core.records import Array
 
 from .arrays import NUMBERS, any_object
 

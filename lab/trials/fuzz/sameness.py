@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from lab.bodies.degenerate import Array, Random, power, rotation, split, with_pocket
+from lab.bodies.degenerate import Random, power, rotation, split, with_pocket
 from lab.bodies.shapes import Surface
 from lab.bodies.variants import shuffled, subdivided
 from ros_pose_stats import (
@@ -22,6 +22,7 @@ from ros_pose_stats import (
     part_from_mesh,
     resting_poses,
 )
+from ros_pose_stats.core.records import Array
 
 from .judge import MARGINAL, marginal, roughness
 

@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
+from ros_pose_stats.core.records import Array
 from ros_pose_stats.tools.plots.figures import INK, REFERENCE, new_figure, open_axes
 
-from .labels import Array, write_names
+from .labels import write_names
 from .points import (
     KINDS,
     ChartPanel,

@@ -10,13 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.path import Path
 from matplotlib.text import Annotation
 from matplotlib.transforms import Bbox
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ros_pose_stats.core.records import Array
 from ros_pose_stats.tools.plots.figures import INK, REFERENCE, separate
 
 from .points import ESTIMATORS, KINDS, ChartPoint, series_of
-
-Array = NDArray[np.float64]
 
 SIZE = 9.5
 """Of the print, points (1/72 inch)."""

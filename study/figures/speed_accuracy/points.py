@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ros_pose_stats.base.methods import METHODS
 from ros_pose_stats.base.text import listed
+from ros_pose_stats.core.records import Array
 from ros_pose_stats.core.statistics.fitted_prior import FITTED_METHOD
-
-Array = NDArray[np.float64]
 
 
 class Kind(NamedTuple):
