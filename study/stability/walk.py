@@ -93,13 +93,16 @@ class Walk:
         """The parameter at a position."""
         return float(np.exp(position)) if self.logarithmic else position
 
-    def tolerance(self, step: Step) -> float:
-        """Cluster tolerance at a step."""
-        return (
-            self.cluster_tolerance
+    def scene(self, step: Step) -> dict[str, Any]:
+        """Keywords of the library for a step."""
+        return {
+            "restitution": step.restitution,
+            "drop_height": step.drop_height,
+            "cluster_tolerance": self.cluster_tolerance
             if step.cluster_tolerance is None
-            else step.cluster_tolerance
-        )
+            else step.cluster_tolerance,
+            "round_sides": self.round_sides,
+        }
 
 
 def is_towards(

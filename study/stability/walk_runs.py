@@ -17,7 +17,6 @@ from ros_pose_stats.core.estimators import estimate_all
 from ros_pose_stats.core.estimators.expected import expected_error
 from ros_pose_stats.core.planning.hybrid import hybrid
 from ros_pose_stats.core.records import Array, DropScene, Index, PoseStatistics
-from ros_pose_stats.core.resting.poses import resting_poses
 from ros_pose_stats.core.simulation.simulate import simulate
 from ros_pose_stats.core.statistics.errors import (
     jeffreys_interval,
@@ -143,15 +142,17 @@ def measure_walk(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
     """
     values = walk.values[::stride]
     steps = [walk.make(value) for value in values.tolist()]
-    estimates = [_estimated(walk, step) for step in steps]
+    estimates = [estimate_all(step.part, **walk.scene(step)) for step in steps]
+    shares = [_shares(walk, answers) for answers in estimates]
     positions = np.array([walk.position(value) for value in values.tolist()])
 
     @lru_cache(maxsize=4096)
     def estimate_at(position: float) -> dict[str, float]:
-        return _estimated(walk, walk.make(walk.value(position)))
+        step = walk.make(walk.value(position))
+        return _shares(walk, estimate_all(step.part, **walk.scene(step)))
 
     def curve(method: str) -> Curve:
-        probabilities = np.array([estimate[method] for estimate in estimates])
+        probabilities = np.array([of_step[method] for of_step in shares])
         return Curve(
             method,
             probabilities,
@@ -163,91 +164,53 @@ def measure_walk(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
             ),
         )
 
-    poses = [
-        len(resting_poses(step.part, walk.tolerance(step), walk.round_sides).poses)
-        for step in steps
-    ]
     return WalkResults(
         walk,
         values,
-        np.array(poses),
-        tuple(map(curve, estimates[0])),
+        np.array([len(answers[0].poses) for answers in estimates]),
+        tuple(map(curve, shares[0])),
         _simulated(walk, steps, drops),
         _combined(walk, steps),
     )
 
 
-def _estimated(walk: Walk, step: Step) -> dict[str, float]:
+def _shares(walk: Walk, answers: Sequence[PoseStatistics]) -> dict[str, float]:
     """Probability of what is watched, by each estimator."""
-    answers = estimate_all(
-        step.part,
-        restitution=step.restitution,
-        drop_height=step.drop_height,
-        cluster_tolerance=walk.tolerance(step),
-        round_sides=walk.round_sides,
-    )
-    return {answer.method: _watched(walk, answer) for answer in answers}
+    return {answer.method: _watched(walk, answer, "probability") for answer in answers}
 
 
 def _combined(walk: Walk, steps: Sequence[Step]) -> Array:
     """Probability by an estimate with a few fresh drops, at each step."""
-    return np.array(
-        [
-            _watched(
-                walk,
-                hybrid(
-                    step.part,
-                    COMBINED_DROPS,
-                    step.restitution,
-                    COMBINED_SEED + number,
-                    step.drop_height,
-                    cluster_tolerance=walk.tolerance(step),
-                    round_sides=walk.round_sides,
-                ),
-            )
-            for number, step in enumerate(steps)
-        ]
-    )
-
-
-def _watched(walk: Walk, statistics: PoseStatistics) -> float:
-    is_watched = walk.watched(np.array([pose.down for pose in statistics.poses]))
-    return float(
-        sum(
-            pose.probability
-            for pose, yes in zip(statistics.poses, is_watched, strict=True)
-            if yes
+    answers = [
+        hybrid(
+            step.part, COMBINED_DROPS, seed=COMBINED_SEED + number, **walk.scene(step)
         )
+        for number, step in enumerate(steps)
+    ]
+    return np.array([_watched(walk, answer, "probability") for answer in answers])
+
+
+def _watched(walk: Walk, statistics: PoseStatistics, name: str) -> float:
+    """Sum of a number of the poses that are watched."""
+    downs, values = zip(
+        *((pose.down, getattr(pose, name)) for pose in statistics.poses), strict=True
+    )
+    is_watched = walk.watched(np.array(downs))
+    return float(
+        sum(value for value, yes in zip(values, is_watched, strict=True) if yes)
     )
 
 
 def _simulated(walk: Walk, steps: Sequence[Step], drops: int) -> SimulatedCurve:
     """Fresh drops at each step, so that neighbours scatter independently."""
-    counts = []
-    settled = []
-    for seed, step in enumerate(steps):
-        statistics = simulate(
-            step.part,
-            drops,
-            step.restitution,
-            seed,
-            step.drop_height,
-            cluster_tolerance=walk.tolerance(step),
-            round_sides=walk.round_sides,
-        )
-        is_watched = walk.watched(np.array([pose.down for pose in statistics.poses]))
-        counts.append(
-            sum(
-                pose.count
-                for pose, yes in zip(statistics.poses, is_watched, strict=True)
-                if yes
-            )
-        )
-        settled.append(statistics.drops - statistics.unsettled)
-    low, high = jeffreys_interval(np.array(counts), np.array(settled), LEVEL)
-    return SimulatedCurve(
-        np.array(counts) / np.array(settled), low, high, np.array(settled)
-    )
+    answers = [
+        simulate(step.part, drops, seed=seed, **walk.scene(step))
+        for seed, step in enumerate(steps)
+    ]
+    counts = np.array([_watched(walk, answer, "count") for answer in answers])
+    settled = np.array([answer.drops - answer.unsettled for answer in answers])
+    low, high = jeffreys_interval(counts, settled, LEVEL)
+    return SimulatedCurve(counts / settled, low, high, settled)
 
 
 BINS = 10
