@@ -162,8 +162,9 @@ def prisms_text(results: PrismResults) -> str:
     return "\n\n".join(
         [
             f"Square prisms, {results.scene}: probability of the four sides together "
-            f"in percent (section 5.B, Fig. 5). Dice: {SOURCE}. Simulation: {results.dice_drops} "
-            f"drops for each die and restitution, seed {results.seed}.",
+            f"in percent (section 5.B, Fig. 5). Dice: {SOURCE}. Simulation: "
+            f"{results.dice_drops} drops for each die and restitution, seed "
+            f"{results.seed}.",
             markdown_table(
                 ("distance from the 15 dice, points", "rms", "standard error"), misfits
             ),

@@ -173,8 +173,8 @@ def small_files_that_stand_for_much(setting: Setting) -> Outcome:
     refused = {name for _, name, is_refused in outcomes if is_refused}
     return judged(
         len(names),
-        f"{len(refused)} refused, the slowest, {slowest[1]}, after {slowest[0]:.1f} s, at "
-        f"most {peak:.0f} MiB in a reading process",
+        f"{len(refused)} refused, the slowest, {slowest[1]}, after {slowest[0]:.1f} s, "
+        f"at most {peak:.0f} MiB in a reading process",
         in_time=slowest[0] <= SECONDS,
         within_the_memory=peak <= MEGABYTES,
         bombs_are_refused=refused.issuperset(BOMBS),
