@@ -3,21 +3,26 @@
 rclpy sends what a callback returns. Here a callback may be a generator that yields the
 futures it waits for, so that no thread waits. Requests of a service are taken up one
 after the other, in the order of their arrival; until then the middleware has them.
+Answers are sent by threads of each service, since one may have to wait for its client.
 """
 
+import threading
 import time
-import warnings
 from collections.abc import Callable, Generator
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
-from rclpy import callback_groups, exceptions, qos
+from rclpy import callback_groups, exceptions, logging, qos
 from rclpy.node import Node
+from rclpy.service import Service
 
 from ..base.errors import PoseStatsError
 from .lanes import result_or_refusal
 from .messages.codes import describe_error, refuse
+from .messages.sending import send_response
+
+T = TypeVar("T")
 
 SERVICE_QUALITY = qos.QoSProfile(
     history=qos.HistoryPolicy.KEEP_LAST,
@@ -25,20 +30,21 @@ SERVICE_QUALITY = qos.QoSProfile(
     reliability=qos.ReliabilityPolicy.RELIABLE,
     durability=qos.DurabilityPolicy.VOLATILE,
 )
+SENDERS = 16  # answers of a service that may wait for their clients at once
+MOST_UNSENT = 1000  # answers of a service; whoever has another one waits
 WARNING_SECONDS = 60.0  # between two warnings of a service's clients
 
-# An answer that is thrown away makes rclpy warn, and only so is it known which one it
-# was. Its action servers send theirs in another module, which can take no exception for
-# that.
-warnings.filterwarnings(
-    "error", "failed to send response", RuntimeWarning, r"rclpy\.service"
-)
+Steps = Generator[Future[Any], Any, T]
+"""The futures that a callback waits for, one by one."""
 
-Steps = Generator[Future[Any], Any, None]
-"""The futures that a callback waits for, one by one; it is sent their results."""
-
-Callback = Callable[[Any, Any], Steps | None]
+Callback = Callable[[Any, Any], Steps[None] | None]
 """Of a request and the response to be filled in."""
+
+
+def result_of(future: Future[T]) -> Steps[T]:
+    """Wait for the result of a future; raises PoseStatsError if it is refused."""
+    yield future
+    return result_or_refusal(future)
 
 
 def answer_request(
@@ -46,36 +52,22 @@ def answer_request(
     log_failure: Callable[[str], object],
     request: Any,
     response: Any,
-) -> Future[Any]:
-    """The response to come; a refusal has its code and its message."""
-    answer: Future[Any] = Future()
-
-    def start() -> Steps:
-        yield from callback(request, response) or ()
-
-    def proceed(steps: Steps, finished: Future[Any] | None = None) -> None:
-        awaited = None
-        try:
-            try:
-                result = None if finished is None else result_or_refusal(finished)
-            except BaseException as error:
-                awaited = steps.throw(error)
-            else:
-                awaited = steps.send(result)
-        except StopIteration:
-            pass
-        except Exception as error:  # the client gets an answer in any case
-            if not isinstance(error, PoseStatsError):
-                log_failure(f"{type(request).__qualname__}: {describe_error(error)}")
-            refuse(response, error)
-        if awaited is None:
-            answer.set_result(response)
-        else:
-            awaited.add_done_callback(partial(proceed, steps))
-
+) -> Steps[None]:
+    """Fill in a response; a refusal has its code and its message."""
     response.success = True
-    proceed(start())
-    return answer
+    try:
+        yield from callback(request, response) or ()
+    except Exception as error:  # the client gets an answer in any case
+        if not isinstance(error, PoseStatsError):
+            log_failure(f"{type(request).__qualname__}: {describe_error(error)}")
+        refuse(response, error)
+
+
+def advance(steps: Steps[None], _: Future[Any] | None = None) -> None:
+    """Go on with steps each time that what they wait for is there."""
+    future = next(steps, None)
+    if future is not None:
+        future.add_done_callback(partial(advance, steps))
 
 
 class AnsweringNode(Node):
@@ -83,12 +75,9 @@ class AnsweringNode(Node):
 
     def __init__(self, name: str, **options: Any) -> None:
         super().__init__(name, **options)
-        self._next_warning: dict[str, float] = {}  # by service, on the monotonic clock
         self.last_answer = 0.0  # on the monotonic clock
         for service in self.services:  # of parameters and types: rclpy's own
-            service.send_response = partial(
-                self._send, service.srv_name, service.send_response
-            )
+            service.send_response = self._sender_of(service)
 
     def full_name(self, name: str) -> str:
         """A topic or service of this node as others call it, after all remappings."""
@@ -96,57 +85,55 @@ class AnsweringNode(Node):
 
     def serve(self, kind: Any, name: str, callback: Callback) -> None:
         """Make a service whose callback may wait before it fills in the response."""
-        service: Any = self.create_service(
+        service = self.create_service(
             kind,
             f"~/{name}",
             lambda request, response: request,
             qos_profile=SERVICE_QUALITY,
             callback_group=callback_groups.MutuallyExclusiveCallbackGroup(),
         )
-        send = partial(self._send, self.full_name(name), service.send_response)
+        send = self._sender_of(service)
+        log = self.get_logger()
 
-        def take_up(request: Any, header: Any) -> None:
+        def answer(request: Any, header: Any) -> Steps[None]:
             begin = time.monotonic()
-            answer = answer_request(
-                callback, self.get_logger().error, request, kind.Response()
+            response = kind.Response()
+            yield from answer_request(callback, log.error, request, response)
+            milliseconds = 1000.0 * (time.monotonic() - begin)
+            log.debug(
+                f"{service.service_name}: answered after {milliseconds:.1f} ms: "
+                f"{response.message or 'done'}"
             )
-            answer.add_done_callback(lambda future: send(future.result(), header))
-            answer.add_done_callback(partial(self._log_answer, name, begin))
+            send(response, header)
 
         # rclpy shows the header, which says where an answer goes, to this method alone.
-        service.send_response = take_up
+        service.send_response = lambda request, header: advance(answer(request, header))
 
-    def _log_answer(self, name: str, begin: float, answer: Future[Any]) -> None:
-        """Log at the level `debug` how long a request took, and why it was refused."""
-        response = answer.result()
-        message = "" if response.success else f": {response.message}"
-        self.get_logger().debug(
-            f"{self.full_name(name)}: answered after "
-            f"{1000.0 * (time.monotonic() - begin):.1f} ms{message}"
-        )
+    def _sender_of(self, service: Service) -> Callable[[Any, Any], None]:
+        """What has threads send the answers of a service to those who asked."""
+        threads = ThreadPoolExecutor(SENDERS)
+        room = threading.Semaphore(MOST_UNSENT)
+        log = logging.get_logger(self.get_logger().name)  # with minutes of its own
 
-    def _send(
-        self, name: str, send: Callable[..., object], response: Any, header: Any
-    ) -> None:
-        """Send an answer; one that cannot be delivered is thrown away and logged."""
-        self.last_answer = time.monotonic()
-        try:
-            send(response, header)
-        except exceptions.InvalidHandle:
-            pass  # the service has ended, and the node with it
-        except Exception as error:
-            if not isinstance(error.__cause__ or error, RuntimeWarning):
-                self.get_logger().warning(
-                    f"{name}: an answer could not be sent: {describe_error(error)}"
+        def send(response: Any, header: Any) -> None:
+            try:
+                send_response(service, response, header)
+            except exceptions.InvalidHandle:
+                pass  # the service has ended, and the node with it
+            except Exception as error:
+                log.warning(
+                    f"{service.service_name}: an answer could not be delivered: "
+                    f"{describe_error(error)}",
+                    throttle_duration_sec=WARNING_SECONDS,
                 )
-            elif self.last_answer >= self._next_warning.get(name, 0.0):
-                self._next_warning[name] = self.last_answer + WARNING_SECONDS
-                self.get_logger().warning(
-                    f"{name}: an answer could not be delivered: expected a client "
-                    "whose quality of service fits the node's (reliable, volatile), "
-                    "got one that cannot be reached; check its quality of service "
-                    "and call again"
-                )
+            self.last_answer = time.monotonic()
+            room.release()
+
+        def put(response: Any, header: Any) -> None:
+            room.acquire()
+            threads.submit(send, response, header)
+
+        return put
 
     def wait_until_quiet(
         self, pause: float, longest: float, is_busy: Callable[[], bool]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Generator
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -19,7 +18,7 @@ from ...core.planning.feeding_plan import FeedingPlan, plan_feeding
 from ...core.records import FlipStatistics
 from ...core.simulation.flips import check_kick, usual_kicks
 from ...core.statistics import feeding, pose_groups
-from ..answering_node import Steps, answer_request
+from ..answering_node import Steps, advance, answer_request
 from ..equipment import Equipment
 from ..jobs import FlipRequest, Job, Jobs, State, run
 from ..lanes import finished_future, result_or_refusal
@@ -64,7 +63,7 @@ class Plan:
         """Flips of the job that it waits for."""
         return 0 if self.job is None else self.job.drops_done
 
-    def wait(self, future: Future[T]) -> Generator[Future[Any], Any, T]:
+    def wait(self, future: Future[T]) -> Steps[T]:
         """Wait for a result, unless the plan is cancelled; raises PoseStatsError."""
         first: Future[None] = Future()
 
@@ -110,17 +109,17 @@ class PlanFeedingServer(GoalServer[Plan]):
         plan = Plan()
         with self._plans_lock:
             self._plans.add(plan)
-        answer = answer_request(
+        advance(self._make(request, plan))
+        return plan
+
+    def _make(self, request: Any, plan: Plan) -> Steps[None]:
+        """Make a plan, and have its goal told how it ended."""
+        yield from answer_request(
             lambda request, result: self._answer(request, result, plan),
             self._node.get_logger().error,
             request,
             plan.result,
         )
-        answer.add_done_callback(lambda _: self._finish(plan))
-        return plan
-
-    def _finish(self, plan: Plan) -> None:
-        """Have its goal told how a plan ended."""
         with self._plans_lock:
             self._plans.discard(plan)
         if plan.cancelled.done():
@@ -167,7 +166,7 @@ class PlanFeedingServer(GoalServer[Plan]):
         """The plan, as far as there is one."""
         return work.result
 
-    def _answer(self, request: Any, response: Any, plan: Plan) -> Steps:
+    def _answer(self, request: Any, response: Any, plan: Plan) -> Steps[None]:
         """What to do and what a feeder gets, from the result that is latched now."""
         part = self._parts.require(request.part_id)
         settings = self._settings()
@@ -235,7 +234,7 @@ class PlanFeedingServer(GoalServer[Plan]):
         latched: LatchedResult,
         heights: list[float],
         plan: Plan,
-    ) -> Generator[Future[Any], Any, list[FlipStatistics]]:
+    ) -> Steps[list[FlipStatistics]]:
         """Flips at each height, by height; those of earlier jobs serve if enough.
 
         A job that fails makes the plan's result a refusal.

@@ -11,7 +11,7 @@ from ros_pose_stats_msgs.srv import FitPlate
 
 from ...base.errors import RequestError
 from ...base.text import several
-from ..answering_node import Steps
+from ..answering_node import Steps, result_of
 from ..equipment import Equipment
 from ..lanes import Lane, Rank
 from ..messages import part_requests
@@ -39,7 +39,7 @@ class PlateFits:
         self._use_plate = use_plate
         equipment.node.serve(FitPlate, "fit_plate", self.answer)
 
-    def answer(self, request: Any, response: Any) -> Steps:
+    def answer(self, request: Any, response: Any) -> Steps[None]:
         """Fit, and work with what was found if that is wanted."""
         settings = self._equipment.settings()
         lanes = self._equipment.lanes
@@ -57,7 +57,9 @@ class PlateFits:
         tallies = find_tallies(
             plate, settings.plate, self._parts.all(), self._equipment.node.full_name
         )
-        fit = yield lanes.put(partial(fit_counts, tallies), Rank.KNOWN_PART, Lane.FIT)
+        fit = yield from result_of(
+            lanes.put(partial(fit_counts, tallies), Rank.KNOWN_PART, Lane.FIT)
+        )
         fill_bounds(
             response,
             restitution=fit.restitution,
@@ -75,10 +77,12 @@ class PlateFits:
             f"{fit.verdict}"
         )
         if request.apply:
-            file, is_recorded = yield lanes.put(
-                partial(self._apply, plate, fit, settings.plates, settings.plate),
-                Rank.KNOWN_PART,
-                Lane.FIT,
+            file, is_recorded = yield from result_of(
+                lanes.put(
+                    partial(self._apply, plate, fit, settings.plates, settings.plate),
+                    Rank.KNOWN_PART,
+                    Lane.FIT,
+                )
             )
             response.message += f"; written to {file} as {plate}, and used from now on"
         response.message += "."

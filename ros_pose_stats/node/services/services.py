@@ -12,7 +12,7 @@ from ...core.mesh.parts import shift_center
 from ...core.records import Array, Part
 from ...core.records.notes import note
 from ...core.simulation.request import check_target
-from ..answering_node import Steps
+from ..answering_node import Steps, result_of
 from ..equipment import Equipment
 from ..jobs import Job, JobRequest, Jobs, State, job_reports
 from ..jobs.refinement import Refinement
@@ -112,29 +112,29 @@ class Services:
             part = known_part
         return finished_future(part), part
 
-    def estimate(self, request: Any, response: Any) -> Steps:
+    def estimate(self, request: Any, response: Any) -> Steps[None]:
         """An analytic answer; one by `auto` is checked by drops, or refined by them."""
         check_target(request.target_error)
         step = request.com_offset
         offset = mass_properties.check_offset((step.x, step.y, step.z))
         future_part, mesh = self._find_part(request)
-        part = sent_part = yield future_part
+        part = sent_part = yield from result_of(future_part)
         scene = self._settings().scene(
             (request.restitution, request.drop_height), mesh.scene_override
         )
         if offset.any():
-            yield self._intake.build_known(sent_part)
+            yield from result_of(self._intake.build_known(sent_part))
             part = self._shift_part(sent_part, offset)
         if request.target_error or not part.has_answer(request.method, scene):
-            yield self._intake.build_known(part, scene)
+            yield from result_of(self._intake.build_known(part, scene))
         is_auto = (request.method or self._settings().default_method) == methods.AUTO
         if is_auto and not request.target_error:
-            checked = yield self._refinement.check(part, scene)
+            checked = yield from result_of(self._refinement.check(part, scene))
             message, response.message = self._refinement.answer_checked(
                 part, checked, scene
             )
         elif is_auto and part is sent_part:
-            checked = yield self._refinement.check(part, scene)
+            checked = yield from result_of(self._refinement.check(part, scene))
             message, response.message = self._refinement.answer(
                 part, checked, request.target_error, scene
             )
@@ -213,7 +213,7 @@ class Services:
             settings,
         )
 
-    def get_statistics(self, request: Any, response: Any) -> Steps:
+    def get_statistics(self, request: Any, response: Any) -> Steps[None]:
         """What is latched, with outlines of one part where they are asked for."""
         parts = self._parts
         if request.heights and not request.part_id:
@@ -226,9 +226,9 @@ class Services:
         results = [part.latched for part in chosen_parts if part.latched is not None]
         response.statistics = [result.message for result in results]
         if request.heights and results:
-            part = yield self._intake.build_known(chosen_parts[0])
-            response.outlines = yield self._outlines.begin(
-                part.geometry, results[0].message, request.heights
+            part = yield from result_of(self._intake.build_known(chosen_parts[0]))
+            response.outlines = yield from result_of(
+                self._outlines.begin(part.geometry, results[0].message, request.heights)
             )
 
     def forget_part(self, request: Any, response: Any) -> None:

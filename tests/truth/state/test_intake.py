@@ -31,7 +31,7 @@ from ros_pose_stats.base.worker import WorkerProcess
 from ros_pose_stats.core.mesh.bodies.overlap import TakesLongError
 from ros_pose_stats.core.records.scene import DropScene, Numbering
 from ros_pose_stats.node import camera_counts, state as states
-from ros_pose_stats.node.answering_node import answer_request
+from ros_pose_stats.node.answering_node import advance, answer_request
 from ros_pose_stats.node.equipment import Equipment
 from ros_pose_stats.node.jobs import JobListener, JobRequest, Jobs, State, job_reports
 from ros_pose_stats.node.jobs.refinement import Refinement
@@ -226,10 +226,9 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
 def test_a_failure_has_a_code_too(error, code):
     failures = []
     response = srv.ForgetPart.Response()
-    answer = answer_request(
-        Mock(side_effect=error), failures.append, srv.ForgetPart.Request(), response
-    ).result(60.0)
-    assert (answer.success, answer.code) == (False, code)
+    request = srv.ForgetPart.Request()
+    advance(answer_request(Mock(side_effect=error), failures.append, request, response))
+    assert (response.success, response.code) == (False, code)
     assert len(failures) == isinstance(error, OSError)
 
 
@@ -244,18 +243,24 @@ def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
         None,
     )
     answers = [
-        answer_request(
-            service.answer,
-            print,
-            SimpleNamespace(plate="", apply=False),
-            SimpleNamespace(success=False, message=""),
-        )
+        SimpleNamespace(success=False, message="", is_there=threading.Event())
         for _ in range(2)
     ]
-    assert begun.wait(60.0) and not any(answer.done() for answer in answers)
+
+    def answer(response):
+        request = SimpleNamespace(plate="", apply=False)
+        yield from answer_request(service.answer, print, request, response)
+        response.is_there.set()
+
+    for response in answers:
+        advance(answer(response))
+    assert begun.wait(60.0)
+    assert not any(response.is_there.is_set() for response in answers)
     lanes.close()
     may_end.set()
-    assert all("running node" in answer.result(60.0).message for answer in answers)
+    for response in answers:
+        assert response.is_there.wait(60.0)
+        assert "running node" in response.message
 
 
 @pytest.mark.parametrize(

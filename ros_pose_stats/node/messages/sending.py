@@ -1,0 +1,60 @@
+"""Sends answers of services while other threads go on.
+
+rclpy holds the interpreter's lock while it sends, and the middleware waits a tenth of a
+second for a client that it cannot reach. So `rcl` is called here, with what rclpy would
+give it.
+"""
+
+from ctypes import CDLL, PYFUNCTYPE, c_bool, c_char_p, c_void_p, py_object, pythonapi
+from typing import Any
+
+from rclpy.service import Service
+
+from ...base.errors import RequestError
+
+# rclpy has loaded it. Several threads may call its `rcl_send_response` at once.
+_rcl = CDLL("librcl.so")
+_address_in = PYFUNCTYPE(c_void_p, py_object, c_char_p)(
+    ("PyCapsule_GetPointer", pythonapi)
+)
+
+
+def send_response(service: Service, response: Any, header: Any) -> None:
+    """Send an answer to the client whose request had this header.
+
+    Raises RequestError where the client cannot be reached, and InvalidHandle once the
+    service has ended.
+    """
+    create = _function_of(response, "_CREATE_ROS_MESSAGE", c_void_p)
+    convert = _function_of(response, "_CONVERT_FROM_PY", c_bool, py_object, c_void_p)
+    destroy = _function_of(response, "_DESTROY_ROS_MESSAGE", None, c_void_p)
+    request_id = header.request_id
+    # Python sees a number alone. pybind11 has the address of the C structure, which
+    # names the client, behind what every object begins with.
+    address = c_void_p.from_address(id(request_id) + object.__basicsize__)
+    with service.handle:
+        message = c_void_p(create())
+        try:
+            convert(response, message)
+            status = _rcl.rcl_send_response(
+                c_void_p(service.handle.pointer), address, message
+            )
+        finally:
+            destroy(message)
+    _rcl.rcutils_reset_error()  # else this thread prints it at the next one
+    if status:
+        raise RequestError(
+            "a client whose quality of service fits the node's (reliable, volatile)",
+            f"one that cannot be reached (status {status})",
+            "check its quality of service and call again",
+        )
+
+
+def _function_of(message: Any, name: str, *types: Any) -> Any:
+    """A function that is generated for a type of message, as rclpy gets at it.
+
+    `types`: of its result and of its arguments. It is called with the lock, and raises
+    what Python raises in it.
+    """
+    capsule = getattr(type(type(message)), name)
+    return PYFUNCTYPE(*types)(_address_in(capsule, None))
