@@ -10,6 +10,7 @@ import threading
 import time
 from contextlib import contextmanager
 from functools import partial
+from random import Random
 from statistics import median
 
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -31,8 +32,12 @@ MOST_SECONDS = 0.05
 nothing else.
 """
 
-UNHEARD_SECONDS = 0.1
-"""By which an answer that cannot be delivered holds everybody up."""
+DEAF_CLIENTS = 5
+HEARD_SECONDS = 0.2
+"""Within which 99 of 100 answers come beside them."""
+
+END_SECONDS = 2.0
+"""Within which a node ends beside them."""
 
 CALLS = 300
 PAUSE = 0.02
@@ -47,6 +52,18 @@ latched = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 node.create_subscription(PoseStatistics, sys.argv[1] + "/pose_statistics",
                          lambda _: print("heard", flush=True), latched)
 rclpy.spin(node)
+"""
+ASKER = """
+import sys, time, rclpy
+from ros_pose_stats_msgs.srv import EstimatePoses
+rclpy.init()
+node = rclpy.create_node("asker")
+client = node.create_client(EstimatePoses, sys.argv[1] + "/estimate")
+client.wait_for_service()
+while True:
+    client.call_async(EstimatePoses.Request(part_id="known"))
+    print("asked", flush=True)
+    time.sleep(0.02)
 """
 CROWD = """
 import sys, rclpy
@@ -92,20 +109,26 @@ def queued_requests(client, count):
 
 
 @contextmanager
-def deaf_client(client, rate):
-    """Somebody asks for what the node cannot send: its answers would have to be
-    latched.
+def deaf_clients(client):
+    """Clients ask once a second for what the node cannot send: its answers would have
+    to be latched.
     """
-    deaf = client.node.create_client(
-        SERVICES["estimate"],
-        f"{client.prefix}/estimate",
-        qos_profile=QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
-    )
+    clients = [
+        client.node.create_client(
+            SERVICES["estimate"],
+            f"{client.prefix}/estimate",
+            qos_profile=QoSProfile(
+                depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL
+            ),
+        )
+        for _ in range(DEAF_CLIENTS)
+    ]
     end = threading.Event()
 
     def ask():
-        while not end.wait(1.0 / rate):
-            deaf.call_async(deaf.srv_type.Request(part_id="known"))
+        while not end.wait(1.0):
+            for deaf in clients:
+                deaf.call_async(deaf.srv_type.Request(part_id="known"))
 
     thread = threading.Thread(target=ask)
     thread.start()
@@ -117,26 +140,37 @@ def deaf_client(client, rate):
 
 
 @contextmanager
-def stopped_subscribers(client, count):
-    """Somebody subscribes to what is latched and is stopped, so that nothing is
-    taken.
-    """
-    subscribers = [
+def stopped(program, client, count, lines):
+    """Processes are stopped that have printed some lines, so that they take nothing."""
+    processes = [
         subprocess.Popen(
-            [sys.executable, "-c", SUBSCRIBER, client.prefix], stdout=subprocess.PIPE
+            [sys.executable, "-c", program, client.prefix], stdout=subprocess.PIPE
         )
         for _ in range(count)
     ]
     try:
-        for subscriber in subscribers:
-            subscriber.stdout.readline()
-            subscriber.send_signal(signal.SIGSTOP)
+        for process in processes:
+            for _ in range(lines):
+                process.stdout.readline()
+            process.send_signal(signal.SIGSTOP)
         yield
     finally:
-        for subscriber in subscribers:
-            subscriber.kill()
-            subscriber.wait()
-            subscriber.stdout.close()
+        for process in processes:
+            process.kill()
+            process.wait()
+            process.stdout.close()
+
+
+def stopped_clients(client):
+    """Clients are stopped that ask again and again, and take no answer."""
+    return stopped(ASKER, client, DEAF_CLIENTS, 20)
+
+
+def stopped_subscribers(client, count):
+    """Somebody subscribes to what is latched and is stopped, so that nothing is
+    taken.
+    """
+    return stopped(SUBSCRIBER, client, count, 1)
 
 
 @contextmanager
@@ -180,10 +214,13 @@ def _latencies(client, name, calls):
     return sorted(seconds)
 
 
-def _beside(setting, trouble, stall=0.0):
-    """How much later others are answered beside some trouble, which may stop all for a
-    while.
-    """
+def _late(latencies):
+    """What 99 of 100 sorted latencies, or all but the longest, do not exceed."""
+    return latencies[-1 - max(1, len(latencies) // 100)]
+
+
+def _beside(setting, trouble):
+    """How much later others are answered beside some trouble."""
     calls = setting.of(CALLS, 30)
     promises = {}
     words = []
@@ -198,14 +235,10 @@ def _beside(setting, trouble, stall=0.0):
                     not setting.judges_times
                     or median(latencies) < later + 3.0 * usual_time
                 )
-                late, usual = (
-                    seconds[-1 - max(1, len(seconds) // 100)]
-                    for seconds in (latencies, usual_latencies[name])
-                )
+                late, usual = map(_late, (latencies, usual_latencies[name]))
                 if name == "known":
                     promises["99_of_100_come_in_time"] = (
-                        not setting.judges_times
-                        or late < MOST_SECONDS + stall + 2.0 * usual
+                        not setting.judges_times or late < MOST_SECONDS + 2.0 * usual
                     )
                 words.append(
                     f"{name} {1e3 * usual_time:.0f} ms alone (99 of 100 within "
@@ -215,10 +248,39 @@ def _beside(setting, trouble, stall=0.0):
     return judged(2 * calls, "; ".join(words), **promises)
 
 
-def _attack(name, done, trouble, stall=0.0, **options):
-    return Trial(
-        name, done, partial(_beside, trouble=partial(trouble, **options), stall=stall)
+def _beside_deaf_clients(setting, trouble):
+    """Whether each call is answered soon beside clients that take no answers, and the
+    node ends soon.
+    """
+    calls = setting.of(CALLS, 20)
+    random = Random(setting.seed)
+    seconds = []
+    with tried_node(setting.folder) as (node, client):
+        client.good("estimate", part=flat(WEDGE, "known"))
+        with trouble(client):
+            for _ in range(calls):
+                time.sleep(random.uniform(0.5, 1.5))
+                begin = time.monotonic()
+                client.good("estimate", part_id="known")
+                seconds.append(time.monotonic() - begin)
+            begin = time.monotonic()
+            node.send(signal.SIGTERM)
+            status = node.ended()
+            ending = time.monotonic() - begin
+    seconds.sort()
+    return judged(
+        calls,
+        f"each answered, half within {1e3 * median(seconds):.0f} ms, 99 of 100 within "
+        f"{1e3 * _late(seconds):.0f}, at most {1e3 * seconds[-1]:.0f}; ended with status "
+        f"{status} after {ending:.1f} s",
+        answers_come_soon=not setting.judges_times or _late(seconds) < HEARD_SECONDS,
+        it_ends_well=status == 0,
+        it_ends_soon=not setting.judges_times or ending < END_SECONDS,
     )
+
+
+def _attack(name, done, trouble, **options):
+    return Trial(name, done, partial(_beside, trouble=partial(trouble, **options)))
 
 
 ATTACKS = (
@@ -246,12 +308,17 @@ ATTACKS = (
         queued_requests,
         count=1000,
     ),
-    _attack(
-        "a client that cannot hear",
-        "An estimate a second whose answer cannot be delivered",
-        deaf_client,
-        stall=UNHEARD_SECONDS,
-        rate=1.0,
+    Trial(
+        "deaf clients",
+        "Five clients of one service that ask each second for what cannot be delivered, "
+        "and one that can hear",
+        partial(_beside_deaf_clients, trouble=deaf_clients),
+    ),
+    Trial(
+        "stopped clients",
+        "Five clients of one service that are stopped while they ask, and one that goes "
+        "on",
+        partial(_beside_deaf_clients, trouble=stopped_clients),
     ),
     _attack(
         "stopped subscribers",
