@@ -8,6 +8,7 @@ more than `MOST_STARTS`.
 """
 
 import faulthandler
+import gc
 import os
 import sys
 from pathlib import Path
@@ -86,6 +87,17 @@ def pytest_collection_modifyitems(items):
             item.add_marker(
                 pytest.mark.timeout(LONG_SECONDS if "long" in marks else NODE_SECONDS)
             )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Import without garbage collection, and leave out of it what stays to the end."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @pytest.hookimpl(wrapper=True)
