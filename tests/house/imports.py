@@ -60,7 +60,7 @@ class Sources:
 
     def _read(self, module: str) -> Iterator[Import]:
         tree = ast.parse(self.files[module].read_text(encoding="utf-8"))
-        for statement, typing in _statements(tree):
+        for statement, typing in _import_statements(tree):
             if isinstance(statement, ast.Import):
                 for alias in statement.names:
                     yield Import(module, statement.lineno, alias.name, typing)
@@ -114,16 +114,19 @@ class Sources:
         return groups
 
 
-def _statements(node: ast.AST, typing: bool = False) -> Iterator[tuple[ast.AST, bool]]:
-    """All nodes below one, each with whether it is under `if TYPE_CHECKING:`."""
-    for child in ast.iter_child_nodes(node):
-        guarded = (
-            isinstance(node, ast.If)
-            and _is_type_checking(node.test)
-            and child in node.body
-        )
-        yield child, typing or guarded
-        yield from _statements(child, typing or guarded)
+def _import_statements(tree: ast.AST) -> Iterator[tuple[ast.AST, bool]]:
+    """Imports of a file, each with whether it is under `if TYPE_CHECKING:`."""
+    syntax = list(ast.walk(tree))
+    typing = {
+        inner
+        for node in syntax
+        if isinstance(node, ast.If) and _is_type_checking(node.test)
+        for statement in node.body
+        for inner in ast.walk(statement)
+    }
+    for node in syntax:
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            yield node, node in typing
 
 
 def _is_type_checking(test: ast.expr) -> bool:

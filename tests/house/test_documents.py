@@ -18,9 +18,7 @@ from ros_pose_stats.core.records.notes import ACTS
 from ros_pose_stats.tools.cli import main, parser
 from ros_pose_stats.tools.report.words import WORDS
 from study.__main__ import main as study
-from tests.house import architecture_picture, commands_page
-from tests.house.imports import Sources
-from tests.house.test_layering import PACKAGE
+from tests.house import commands_page
 from tests.running import ROOT, call
 
 README = "README.md"
@@ -45,7 +43,7 @@ DRAWN_BY = re.compile(rb"Matplotlib version[\d.]+")
 LAST_LINE = "computed in "
 """Of an answer: how long it took, which differs from run to run."""
 
-DEAR = re.compile(r"\.gif|--png| catalogue | compare | --suggest ")
+DEAR = re.compile(r"\.gif|--png| catalogue | compare | flips | --suggest | 20000 ")
 """Lines that take seconds: the quick ring asks only whether the parsers take them.
 
 Their commands are tested in `tests/contract/commands`.
@@ -277,12 +275,6 @@ def test_the_changelogs_are_what_a_release_takes(folder):
     populate_changelog_from_rst(changelog, released)
     versions = {version for version, *_ in changelog.foreach_version()}
     assert {"99.0.0", __version__} <= versions
-
-
-def test_the_picture_of_the_rooms_shows_the_imports():
-    """`python -m tests.house.architecture_picture` draws it anew."""
-    picture = architecture_picture.PICTURE.read_text(encoding="utf-8")
-    assert picture == architecture_picture.draw(Sources(PACKAGE))
 
 
 def test_documents_name_files_that_exist():

@@ -108,6 +108,8 @@ def rounded_keys(nodes):
             )
         )
 
+    if not any(map(rounds, nodes)):
+        return
     for node in nodes:
         parts = (
             node.ops and [node.left, *node.comparators]

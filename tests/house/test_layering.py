@@ -190,6 +190,14 @@ class TestThisPackage:
         assert ("ros_pose_stats.core.kernels.machine_code", "numba") in arrows
 
 
+def test_the_picture_shows_the_imports(sources):
+    """`python -m tests.house.architecture_picture` draws it anew."""
+    # It draws the floors that stand here.
+    from tests.house.architecture_picture import PICTURE, draw
+
+    assert PICTURE.read_text(encoding="utf-8") == draw(sources)
+
+
 class TestTheWalkItself:
     """On small packages that break each rule once."""
 

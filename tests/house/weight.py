@@ -78,20 +78,20 @@ def is_packed(node):
     )
 
 
-def bound_names(module):
-    """Names of variables and parameters of a parsed file, at each place that binds
-    them.
+def bound_names(syntax):
+    """Names of variables and parameters of a file's syntax nodes, at each place that
+    binds them.
     """
-    for node in ast.walk(module):
+    for node in syntax:
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
             yield node.id
         elif isinstance(node, ast.arg):
             yield node.arg
 
 
-def aliases(module):
-    """Imports of a parsed file under another name."""
-    for node in imports_of(module):
+def aliases(syntax):
+    """Imports of a file's syntax nodes under another name."""
+    for node in imports_of(syntax):
         source = getattr(node, "module", None)
         for alias in node.names:
             full = ".".join(filter(None, (source, alias.name)))
@@ -106,28 +106,24 @@ def weigh(tree):
     files = python_files(tree)
     for file in files:
         text = file.read_text(encoding="utf-8")
-        module = ast.parse(text)
+        syntax = list(ast.walk(ast.parse(text)))
         lines = text.splitlines()
         code_lines += sum(bool(line.strip()) for line in lines)
         long_lines += sum(len(line) > COLUMNS for line in lines)
-        nodes += sum(1 for _ in ast.walk(module))
-        packed += sum(map(is_packed, ast.walk(module)))
-        bound = list(bound_names(module))
+        nodes += len(syntax)
+        packed += sum(map(is_packed, syntax))
+        bound = list(bound_names(syntax))
         names += len(bound)
         vague.update(name for name in bound if name in VAGUE)
-        alias_count += sum(1 for _ in aliases(module))
+        alias_count += sum(1 for _ in aliases(syntax))
     return Weight(
         len(files), nodes, code_lines, long_lines, packed, names, vague, alias_count
     )
 
 
-def imports_of(module):
-    """Import statements of a parsed file."""
-    return [
-        node
-        for node in ast.walk(module)
-        if isinstance(node, ast.Import | ast.ImportFrom)
-    ]
+def imports_of(syntax):
+    """Import statements among syntax nodes."""
+    return [node for node in syntax if isinstance(node, ast.Import | ast.ImportFrom)]
 
 
 DOORS = {
@@ -145,7 +141,8 @@ def inner_imports(tree):
     """Imports of the product's inside by tests below a folder: (file, line, module)."""
     imports = []
     for file in python_files(tree):
-        for node in imports_of(ast.parse(file.read_text(encoding="utf-8"))):
+        syntax = ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        for node in imports_of(syntax):
             for module in imported_modules(node):
                 if module.split(".")[0] == PACKAGE and not is_door(module):
                     imports.append((str(file.relative_to(ROOT)), node.lineno, module))
