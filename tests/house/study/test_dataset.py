@@ -20,8 +20,9 @@ from tests.running import ROOT, call, complaints, strict_json
 
 from .programs import dataset, first, read, reference, refused
 
-SMALL = ("--bodies", 70, "--drops", 4, "--restitution", 0.2, "--seed", 3)
-LONG = ("--bodies", 120, "--drops", 40, "--seed", 5)
+SMALL = ("--bodies", 40, "--drops", 4, "--restitution", 0.2, "--seed", 3)
+LONG = ("--bodies", 96, "--drops", 40, "--seed", 5)
+"""Of two pieces and of three: 32 bodies each at most."""
 PATIENCE = 120.0
 
 
@@ -88,8 +89,10 @@ class TestTheFile:
         dataset(*SMALL, "-o", file, "--workers", 3)
         assert file.read_bytes() == whole[SMALL]
         assert list(file.parent.iterdir()) == [file]
-        dataset(*SMALL[:-1], 4, "-o", file.with_name("other.npz"))
-        assert file.with_name("other.npz").read_bytes() != whole[SMALL]
+        first, second = (file.with_name(f"{seed}.npz") for seed in (3, 4))
+        for seed, one_body in ((3, first), (4, second)):
+            dataset("--bodies", 1, *SMALL[2:-1], seed, "-o", one_body)
+        assert first.read_bytes() != second.read_bytes()
 
     def test_the_reference_dataset_is_made_by_this_program(self, file):
         """On any processor, exactly; a longer dataset begins with the shorter one."""
@@ -103,20 +106,20 @@ class TestTheFile:
         (file,) = tmp_path.iterdir()
         assert (
             file.name
-            == "polyhedra_70_shift_1_inertia_drops_4_restitution_0.2_seed_3.npz"
+            == "polyhedra_40_shift_1_inertia_drops_4_restitution_0.2_seed_3.npz"
         )
         results = read(file)
         assert {name: stated[name] for name in results.spec} == results.spec
         assert (stated["poses"], stated["drops_in_all"]) == (
             len(results.arrays["down"]),
-            280,
+            160,
         )
-        assert stated["unsettled"] == 280 - results.arrays["settled"].sum()
+        assert stated["unsettled"] == 160 - results.arrays["settled"].sum()
         assert stated["redraws"] == results.arrays["redraws"].sum() > 0
         assert stated["bytes"] == file.stat().st_size
         text = dataset(*SMALL, "-o", file, "--shift", 1)
         assert (
-            f"70 random polyhedra with {stated['poses']} stable poses, shift 1" in text
+            f"40 random polyhedra with {stated['poses']} stable poses, shift 1" in text
         )
 
 

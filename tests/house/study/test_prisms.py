@@ -25,7 +25,7 @@ digits.
 """
 KNOWN_DROPPED_RMS = {0.2: 0.072, 0.5: 0.051, 0.8: 0.037}
 """That of its drops, 2 000 of each die, by restitution."""
-DROPS = 500
+DROPS = 300
 
 
 @pytest.fixture(scope="module")
