@@ -164,7 +164,7 @@ def test_whole_drops(name, restitution):
     points, inertia, radius = scaled(part)
     poses = resting_poses(part, 0.0, 0).poses
     rested = 0
-    for drop in range(3):
+    for drop in range(2):
         trajectory = record_drop(
             part, drop, restitution, 3, 3.0 * radius, interval=1e6, **EXACT
         )
@@ -173,4 +173,4 @@ def test_whole_drops(name, restitution):
             gap = [np.linalg.norm(pose.down + events[-1].up) for pose in poses]
             assert trajectory.pose == np.argmin(gap) and min(gap) < 1e-6
             rested += 1
-    assert rested >= 2
+    assert rested == 2

@@ -116,10 +116,9 @@ def drops_of(name):
 
 
 @pytest.mark.parametrize("name", BODIES)
-@settings(max_examples=6)
+@settings(max_examples=4)
 @given(copies)
 def test_copies_of_one_body(name, options):
-    """As many drops as there are copies twelve times over."""
     copy = Copy(BODIES[name], **options)
     assert same_ends(drops_of(name), Drops(copy.part, 300, 0.5)) >= SAME_END
 
@@ -131,7 +130,7 @@ near_ties = strategies.tuples(
 )
 
 
-@settings(max_examples=20)
+@settings(max_examples=12)
 @given(near_ties, copies)
 def test_copies_of_bodies_whose_moments_nearly_tie(tie, options):
     """Boxes that are cubes but for 1e-6 to 1e-2, and corners off by as much."""
@@ -146,7 +145,7 @@ def test_copies_of_bodies_whose_moments_nearly_tie(tie, options):
     assert same_ends(*drops) >= SAME_END
 
 
-@settings(max_examples=15)
+@settings(max_examples=10)
 @given(strategies.integers(4, 25), strategies.integers(0, 10_000), copies)
 def test_copies_of_random_polyhedra_and_of_their_default_answer(corners, seed, options):
     surface = random_polyhedron(corners, seed)
@@ -163,10 +162,8 @@ def test_copies_of_random_polyhedra_and_of_their_default_answer(corners, seed, o
 def test_bouncy_drops_of_copies_are_counted_alike(name):
     first = Drops(part_from_mesh(*BODIES[name]), 500, 0.8)
     expected = np.bincount(first.pose, minlength=len(first.statistics.poses))
-    for seed in range(4):
-        copy = Copy(
-            BODIES[name], seed, seed % 2 == 1, seed % 3 == 1, 10.0 ** (seed - 2)
-        )
+    for seed in (1, 2):
+        copy = Copy(BODIES[name], seed, seed == 1, seed == 1, 10.0 ** (3 * seed - 4))
         second = Drops(copy.part, 500, 0.8)
         counts = np.bincount(second.pose, minlength=len(expected))
         table = np.array([expected, counts[partners(first, second)]])
@@ -180,8 +177,8 @@ def test_copies_are_kicked_alike(name):
     part = part_from_mesh(*BODIES[name])
     first = Drops(part, 20, 0.5)
     flips = simulate_flips(part, 0.5 * first.statistics.radius, 100, seed=3)
-    for seed in range(4):
-        copy = Copy(BODIES[name], seed, seed % 2 == 1, seed % 3 == 1).part
+    for seed in (1, 2):
+        copy = Copy(BODIES[name], seed, seed == 1, seed == 1).part
         partner = partners(first, Drops(copy, 20, 0.5))
         others = simulate_flips(copy, 0.5 * first.statistics.radius, 100, seed=3)
         moved_counts = others.counts[np.ix_(partner, partner)]
@@ -206,6 +203,6 @@ def test_copies_of_real_parts(file, unit):
     part = load_part(SHARED / file, unit=unit)
     surface = part.surface_vertices, part.surface_triangles
     first = Drops(part_from_mesh(*surface), 300, 0.5)
-    for seed in range(3):
-        copy = Copy(surface, seed, seed % 2 == 1, seed == 2, 10.0 ** (3 * seed - 3))
+    for seed in (1, 2):
+        copy = Copy(surface, seed, seed == 1, seed == 2, 10.0 ** (3 * seed - 4))
         assert same_ends(first, Drops(copy.part, 300, 0.5)) >= SAME_END

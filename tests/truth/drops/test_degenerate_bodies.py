@@ -89,10 +89,10 @@ def test_both_ends_of_a_short_edge_let_go_together():
     """The second one, let go right after the first, landed and was let go again for
     ever.
 
-    That took about one in 15 000 drops: of these, none in e^-6 of such runs.
+    That took about one in 15 000 drops: of these, none in e^-4 of such runs.
     """
     unsettled = [
-        simulate(part_from_mesh(*cut_corner(length)), 30_000, 0.0, 1).unsettled
+        simulate(part_from_mesh(*cut_corner(length)), 20_000, 0.0, 1).unsettled
         for length in (1e-5, 1e-6, 1e-7)
     ]
     assert unsettled == [0, 0, 0]
@@ -174,9 +174,9 @@ def tumbler():
 def test_a_single_stable_pose():
     part = tumbler()
     for restitution in (0.0, 0.5, 0.9):
-        statistics = simulate(part, 200, restitution, 1)
+        statistics = simulate(part, 60, restitution, 1)
         (pose,) = statistics.poses
-        assert (pose.count, pose.probability, statistics.unsettled) == (200, 1.0, 0)
+        assert (pose.count, pose.probability, statistics.unsettled) == (60, 1.0, 0)
         assert (
             pose.probability_low,
             pose.probability_high,

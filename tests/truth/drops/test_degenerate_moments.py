@@ -123,7 +123,7 @@ def test_exact_unstable_equilibria_end_unsettled(start):
 
 def test_drops_none_of_which_comes_to_rest_are_refused():
     with pytest.raises(PoseStatsError, match="none of the first 50"):
-        simulate(part_from_mesh(*CUBE), drop_height=1.5, starts=np.ones((60, 3)))
+        simulate(part_from_mesh(*CUBE), drop_height=1.5, starts=np.ones((51, 3)))
 
 
 def with_twin(surface, gap):
@@ -138,18 +138,16 @@ def with_twin(surface, gap):
     return (vertices, surface[1]), twin_mesh
 
 
-@pytest.mark.parametrize(
-    ("gap", "restitution", "drops"), [(1e-6, 0.5, 6000), (1e-5, 0.2, 6000)]
-)
-def test_features_smaller_than_what_counts_as_slow(gap, restitution, drops):
-    """Two corners that close are slow together; stopping both took 5 % of the
-    energy.
+@pytest.mark.parametrize(("gap", "restitution"), [(1e-6, 0.5), (1e-5, 0.2)])
+def test_features_smaller_than_what_counts_as_slow(gap, restitution):
+    """Two corners that close are slow together; stopping both took 5 % of the energy,
+    which recorded drops show, and 3000 counted ones where it moves a share by 0.05.
     """
     part, twin = (part_from_mesh(*s) for s in with_twin(random_polyhedron(10, 0), gap))
     sizes = [len(resting_poses(body, 0.0, 0).body.points) for body in (part, twin)]
     assert sizes[1] == sizes[0] + 1
     first, second = (
-        simulate(body, drops, restitution, seed)
+        simulate(body, 3000, restitution, seed)
         for seed, body in enumerate((part, twin))
     )
     assert alike(first, second) > SURE

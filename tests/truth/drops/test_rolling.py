@@ -98,6 +98,7 @@ def test_a_leaning_part_does_not_roll_upright():
     assert number[1] > number[2]
 
 
+@pytest.mark.long
 def test_a_changed_part_may_have_lost_a_round_surface():
     """The cone that a headed pin leans on moved in until nothing of the head's rim is
     left.

@@ -123,7 +123,7 @@ def everything_at_once(surface, seed):
     ],
     ids=lambda change: change.__name__,
 )
-@settings(max_examples=20)
+@settings(max_examples=14)
 @given(polyhedra, seeds, tolerances)
 def test_the_same_body_has_the_same_answers(change, surface, seed, tolerance):
     changed, expected = change(surface, seed)
@@ -132,6 +132,7 @@ def test_the_same_body_has_the_same_answers(change, surface, seed, tolerance):
     )
 
 
+@settings(max_examples=30)
 @given(polyhedra, tolerances)
 def test_every_answer_is_a_distribution_over_the_same_sound_poses(surface, tolerance):
     first, *others = estimate_all(part_from_mesh(*surface), cluster_tolerance=tolerance)

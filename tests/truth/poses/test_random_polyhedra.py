@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 from lab.bodies.random_polyhedra import random_polyhedron
 from ros_pose_stats import resting_poses
 
-SAMPLE = 150
+SAMPLE = 100
 every_recipe = pytest.mark.parametrize(
     ("shift", "moment"), [(0.0, "inertia"), (1.0, "inertia"), (0.65, "second")]
 )

@@ -207,7 +207,7 @@ def test_the_bound_of_errors_that_poses_share():
 def test_an_estimate_that_is_wrong_loses(drops, offset):
     """A nut whose ends are off by up to three times what the estimate tells.
 
-    Nine bounds in ten are kept, but for three standard errors of 1000 runs and three
+    Nine bounds in ten are kept, but for three standard errors of 500 runs and three
     points of what the estimate has its share in.
     """
     ends = np.array((0.56, 0.44))
@@ -218,13 +218,13 @@ def test_an_estimate_that_is_wrong_loses(drops, offset):
     )
     prior = PosePrior(estimate, unit, 0.008, 0.5, fit)
     truth = ends[unit] / np.bincount(unit)[unit]
-    runs = np.random.default_rng(2).multinomial(drops, truth, size=1000)
+    runs = np.random.default_rng(2).multinomial(drops, truth, size=500)
     kept = []
     for counts in runs:
         posterior = prior.update(counts)
         error = np.abs(posterior.probability - truth).max()
         kept.append(error <= posterior.largest_error())
-    assert np.mean(kept) >= 0.9 - 3.0 * math.sqrt(0.09 / 1000) - 0.03
+    assert np.mean(kept) >= 0.9 - 3.0 * math.sqrt(0.09 / 500) - 0.03
 
 
 @pytest.mark.parametrize("drops", [1, 3, 10, 30, 100])
@@ -267,21 +267,21 @@ def drawn_parts(number, seed=4):
 
 @pytest.mark.parametrize("drops", [10, 300, 10_000])
 def test_intervals_hold_and_false_alarms_are_rare(drops):
-    """Nine in ten, but for four standard errors of 250 parts and two points of the
+    """Nine in ten, but for four standard errors of 160 parts and two points of the
     form.
 
-    Two thousandths of 250 parts that are as they should be are refuted: 0.5; three
-    standard errors more are 2.6.
+    Two thousandths of 160 parts that are as they should be are refuted: 0.3; three
+    standard errors more are 2.0.
     """
     alarms = 0
     hits = []
-    for prior, true, random in drawn_parts(250):
+    for prior, true, random in drawn_parts(160):
         counts = random.multinomial(drops, true)
         alarms += bool(prior.contradicted_poses(counts).any())
         low, high = prior.update(counts).interval()
         hits.append(np.mean((low <= true) & (true <= high)))
     assert alarms <= 2
-    assert np.mean(hits) == pytest.approx(0.9, abs=4.0 * math.sqrt(0.09 / 250) + 0.02)
+    assert np.mean(hits) == pytest.approx(0.9, abs=4.0 * math.sqrt(0.09 / 160) + 0.02)
 
 
 def test_only_an_estimate_off_by_far_more_than_it_says_is_refuted():

@@ -34,10 +34,13 @@ def truth(part):
     return long_run(part, 0.3)
 
 
+RUNS = 120
+
+
 @pytest.fixture(scope="module")
 def hundreds(part):
-    """200 runs of 100 drops."""
-    return [simulate(part, 100, 0.3, 1000 + seed, workers=1) for seed in range(200)]
+    """Runs of 100 drops."""
+    return [simulate(part, 100, 0.3, 1000 + seed, workers=1) for seed in range(RUNS)]
 
 
 def test_intervals_cover_as_they_promise(hundreds, truth):
@@ -57,17 +60,17 @@ def test_intervals_cover_as_they_promise(hundreds, truth):
     )
     for pose, p in enumerate(truth):
         promised = binom.pmf(count, 100, p)[(ends[0] <= p) & (p <= ends[1])].sum()
-        least, most = binom.ppf((5e-5, 1.0 - 5e-5), 200, promised)
+        least, most = binom.ppf((5e-5, 1.0 - 5e-5), RUNS, promised)
         assert least <= covered[pose] <= most
 
 
 def test_errors_and_the_bound_of_every_pose(hundreds, truth):
-    """A mean square over 200 runs of some five free shares is known to 5 %."""
+    """A mean square over 120 runs of some five free shares is known to 6 %."""
     away = np.array([by_index(run, "probability") for run in hundreds]) - truth
     stated_error = np.mean([run.expected_error**2 for run in hundreds])
-    assert np.mean(away**2) / stated_error == pytest.approx(1.0, abs=0.2)
+    assert np.mean(away**2) / stated_error == pytest.approx(1.0, abs=0.24)
     within = np.abs(away).max(axis=1) <= [run.largest_error for run in hundreds]
-    assert within.mean() == pytest.approx(0.9, abs=4.0 * math.sqrt(0.09 / 200))
+    assert within.mean() == pytest.approx(0.9, abs=4.0 * math.sqrt(0.09 / RUNS))
 
 
 @pytest.mark.parametrize(
@@ -79,18 +82,17 @@ def test_errors_and_the_bound_of_every_pose(hundreds, truth):
     ids=["tetrahedron", "bar"],
 )
 def test_a_target_is_kept_in_nine_of_ten_runs(surface, true, target):
-    """Though the counts choose when to stop; three standard errors of 150 runs are
-    0.07.
+    """Though the counts choose when to stop; three standard errors of 120 runs are
+    0.08.
     """
     solid = part_from_mesh(*surface)
-    runs = 150
     hits = []
     true = long_run(solid, 0.0) if true is None else true
-    for seed in range(runs):
+    for seed in range(RUNS):
         statistics = simulate(solid, 10**6, 0.0, seed, target_error=target, workers=1)
         away = by_index(statistics, "probability") - true
         hits.append(math.sqrt(np.mean(away**2)) <= target)
-    assert np.mean(hits) >= 0.9 - 3.0 * math.sqrt(0.09 / runs)
+    assert np.mean(hits) >= 0.9 - 3.0 * math.sqrt(0.09 / RUNS)
 
 
 def test_stopping_at_a_target_hardly_biases(part, truth):
@@ -99,14 +101,13 @@ def test_stopping_at_a_target_hardly_biases(part, truth):
     And 4.5 of its standard errors. A look at the error favours prefixes that happen to
     look even; few looks, far apart, keep that small.
     """
-    runs = 150
     estimates_of_runs = [
         simulate(part, 225, 0.3, 5000 + seed, target_error=0.0429, workers=1)
-        for seed in range(runs)
+        for seed in range(RUNS)
     ]
     assert 0.1 < np.mean([run.drops < 225 for run in estimates_of_runs]) < 0.9
     shares = np.array([by_index(run, "probability") for run in estimates_of_runs])
-    error = shares.std(axis=0, ddof=1) / math.sqrt(runs) + np.sqrt(truth / LONG)
+    error = shares.std(axis=0, ddof=1) / math.sqrt(RUNS) + np.sqrt(truth / LONG)
     assert (np.abs(shares.mean(axis=0) - truth) < 4.5 * error + 0.002).all()
 
 
