@@ -100,9 +100,17 @@ def test_parts_that_are_round_in_part_differ_by_the_files_own_volume_alone(make)
 
 
 class TestWhatStays:
-    @pytest.mark.parametrize("teeth", [12, 15, 60])
-    @pytest.mark.parametrize("tip", [0.0, 0.5])
-    @pytest.mark.parametrize("chamfer", [0.0, 0.03])
+    @pytest.mark.parametrize(
+        ("teeth", "tip", "chamfer"),
+        [
+            (12, 0.0, 0.03),
+            (12, 0.5, 0.0),
+            (15, 0.0, 0.0),
+            (15, 0.5, 0.03),
+            (60, 0.0, 0.03),
+            (60, 0.5, 0.0),
+        ],
+    )
     def test_gears(self, teeth, tip, chamfer):
         surface = in_float32(exports.gear(teeth, tip, chamfer=chamfer))
         assert np.array_equal(
@@ -163,11 +171,10 @@ class TestWhatStays:
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: exports.filleted_box(128),
         lambda: exports.capsule(128),
         lambda: trimesh.creation.icosphere(subdivisions=5),
     ],
-    ids=["filleted box", "capsule", "ball"],
+    ids=["capsule", "ball"],
 )
 def test_other_fine_surfaces_are_thinned_to_4000_corners(make):
     surface = make()
@@ -186,6 +193,7 @@ def test_flats_between_fine_fillets_are_those_of_the_file(turn):
     """A corner of a flat is farthest out in few directions, and was left out."""
     part = part_from_mesh(*moved(exports.filleted_box(128), turn))
     plain, thin = (resting_poses(part, 0.0025, sides) for sides in (0, SIDES))
+    assert len(plain.body.points) > 4000 >= len(thin.body.points)
     assert sorted(np.bincount(plain.group)) == [2, 2, 2]
     np.testing.assert_array_equal(thin.group, plain.group)
     np.testing.assert_array_equal(thin.unit, plain.unit)
@@ -205,9 +213,8 @@ class TestRoughFiles:
         ids=["ring", "disc"],
     )
     def test_six_digits(self, make, sides):
-        for turn in (np.eye(3), rotation(5)):
-            poses = poses_of(printed(moved(make(sides), turn)))
-            assert len(poses) == SIDES + 2
+        turn = np.eye(3) if sides == 64 else rotation(5)
+        assert len(poses_of(printed(moved(make(sides), turn)))) == SIDES + 2
 
     @pytest.mark.parametrize("sides", [32, 2048])
     def test_five_digits(self, sides):
@@ -226,7 +233,7 @@ class TestRoughFiles:
 
     @pytest.mark.parametrize("last", [(0.5 + 1e-4, -1e-5), (0.5 - 1e-7, -5e-5)])
     def test_a_circle_that_does_not_quite_close(self, last):
-        for sides in (16, 64, 512):
+        for sides in (16, 512):
             angles = exports.circle(sides)
             outline = np.vstack(
                 (0.5 * np.column_stack((np.cos(angles), np.sin(angles))), [last])

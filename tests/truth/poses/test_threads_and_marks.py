@@ -56,8 +56,7 @@ def test_rounded_and_far_from_the_origin(make, expected):
         assert sizes(far(body, seed)) == expected
 
 
-@pytest.mark.parametrize("sides", [20, 36])
-@pytest.mark.parametrize("hand", [1, -1])
+@pytest.mark.parametrize(("sides", "hand"), [(20, 1), (36, -1)])
 def test_threads_however_they_are_divided(sides, hand):
     """The modeller cuts a left-handed thread against its winding.
 
@@ -92,19 +91,18 @@ def cut(body, edges, middle):
 
 
 MARKS = {
-    "a flat on the thread": ("bolt", (4.0, 10.0, 14.0), (5.7, 0.0, 12.0)),
-    "a keyway in the thread": ("bolt", (1.0, 1.0, 14.0), (4.2, 0.0, 12.0)),
-    "a mark on the head": ("bolt", (1.0, 1.0, 1.0), (3.0, 0.0, -5.5)),
-    "a flat of the nut": ("nut", (20.0, 4.0, 20.0), (0.0, 8.2, 0.0)),
-    "a mark on the nut": ("nut", (0.6, 0.6, 1.0), (5.4, 0.0, 6.7)),
-    "a keyway in the nut": ("nut", (1.0, 1.0, 20.0), (3.9, 0.0, 0.0)),
+    "a flat on the thread": ("bolt", 1, (4.0, 10.0, 14.0), (5.7, 0.0, 12.0)),
+    "a keyway in the thread": ("bolt", -1, (1.0, 1.0, 14.0), (4.2, 0.0, 12.0)),
+    "a mark on the head": ("bolt", 1, (1.0, 1.0, 1.0), (3.0, 0.0, -5.5)),
+    "a flat of the nut": ("nut", -1, (20.0, 4.0, 20.0), (0.0, 8.2, 0.0)),
+    "a mark on the nut": ("nut", 1, (0.6, 0.6, 1.0), (5.4, 0.0, 6.7)),
+    "a keyway in the nut": ("nut", -1, (1.0, 1.0, 20.0), (3.9, 0.0, 0.0)),
 }
 
 
-@pytest.mark.parametrize(("body", "edges", "middle"), MARKS.values(), ids=MARKS)
-@pytest.mark.parametrize(("sides", "hand"), [(20, 1), (24, -1)])
-def test_marks_of_three_tenths_part_poses(sides, hand, body, edges, middle):
-    plain = getattr(threaded, body)(sides, start=17.0, hand=hand)
+@pytest.mark.parametrize(("body", "hand", "edges", "middle"), MARKS.values(), ids=MARKS)
+def test_marks_of_three_tenths_part_poses(body, hand, edges, middle):
+    plain = getattr(threaded, body)(22 - 2 * hand, start=17.0, hand=hand)
     assert sizes(cut(plain, edges, middle)) == [1] * 8
 
 
