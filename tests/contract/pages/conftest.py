@@ -107,8 +107,8 @@ def comparison(parts):
         "--wanted",
         "0,1",
     )
-    answer(*request, "-o", file)
-    return Page(file), file, answer_json(*request)
+    values = answer_json(*request, "-o", file)
+    return Page(file), file, values
 
 
 SHAPES = {
