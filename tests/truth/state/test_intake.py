@@ -212,6 +212,32 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
     )
 
 
+def test_a_mesh_that_is_sent_waits_for_no_file_that_is_read(lanes):
+    """Which file a request names is looked at where files are read, and only there."""
+    may_end = occupied(lanes, Lane.FILE)
+    known = object()
+    equipment = equipment_of(
+        lanes, max_mesh_bytes=2**20, mesh_folders=[], scene=lambda override: None
+    )
+    parts = Mock(identify=Mock(return_value=(known, False)))
+    intake = Intake(equipment, parts, None, None)
+    vertices, triangles = map(np.array, TETRAHEDRON)
+    named, sent = (
+        intake.queue(request, "a client", Rank.REQUESTED_MESH)
+        for request in (
+            PartRequest("named", vertices[:0], triangles[:0], resource="nowhere"),
+            PartRequest("sent", vertices, triangles),
+        )
+    )
+    try:
+        assert sent.result(60.0) is known
+        assert not named.done()
+    finally:
+        may_end.set()
+    with pytest.raises(RequestError, match="file:///FILE"):
+        named.result(60.0)
+
+
 @pytest.mark.parametrize(
     ("error", "code"),
     [

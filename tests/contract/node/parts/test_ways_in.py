@@ -3,6 +3,7 @@ command.
 """
 
 import json
+import os
 import sys
 
 import numpy as np
@@ -192,6 +193,24 @@ def test_files_elsewhere_are_not_read(workshop, cell, clamp, package, tmp_path):
         assert words in client.refused("estimate", part=PartMesh(mesh_resource=uri))
     resource = PartMesh(mesh_resource=clamp.as_uri())
     assert "mesh_folders" in cell.refused("estimate", part=resource)
+
+
+def test_what_is_no_mesh_file_or_too_large_is_not_read(workshop, clamp):
+    client, _ = workshop
+    folder = clamp.parent / new_id()
+    (folder / "folder.stl").mkdir(parents=True)
+    os.mkfifo(folder / "pipe.step")
+    for name, size in (("sparse.stl", 3 * 2**30), ("sparse.obj", 2**30)):
+        (folder / name).touch()
+        os.truncate(folder / name, size)
+    for name, words in (
+        ("folder.stl", "Is a directory"),
+        ("pipe.step", "a pipe"),
+        ("sparse.stl", "at most 67.11 MB"),
+        ("sparse.obj", "at most 67.11 MB"),
+    ):
+        resource = PartMesh(mesh_resource=(folder / name).as_uri())
+        assert words in client.refused("estimate", part=resource)
 
 
 def test_a_file_whose_unit_nobody_names_is_refused_with_the_lengths(workshop, clamp):
