@@ -1,5 +1,6 @@
 """True outlines of a part at rest: its shadow, and its section at a height."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -62,32 +63,60 @@ def outline_at(
             f"{height!r}",
             "leave it out for the silhouette",
         )
-    from manifold3d import JoinType  # only outlines need it
-
-    body = convex_body.body_of(part, 0)
-    unit = body.radius / UNITS
-    rotation = vectors.rotation_matrices(pose.orientation[None])[0]
-    points = vectors.turn_vectors(
-        (part.surface_vertices - part.center_of_mass) / unit, rotation.T
-    )
-    points[:, 2] += pose.height / unit
-    flatness = UNITS * (body.tolerance or tolerances.COPLANAR)
+    unit = unit_of(part)
     if level is None:
-        outline = _solid(part, points).project()
+        (outline,) = shadows(part, [pose])
     else:
         level /= unit
-        points[np.abs(points[:, 2] - level) <= flatness, 2] = level
-        outline = _solid(part, points).slice(level)
-    step = min(flatness, UNITS * tolerances.COPLANAR)
-    # Walls that stand upright but for rounding leave spurs without any width.
-    cleaned = (
+        rotation = vectors.rotation_matrices(pose.orientation[None])[0]
+        points = vectors.turn_vectors(_points(part), rotation.T)
+        points[:, 2] += pose.height / unit
+        points[np.abs(points[:, 2] - level) <= _flatness(part), 2] = level
+        outline = _without_spurs(_solid(part, points).slice(level), part)
+    polygons = sorted(outline.decompose(), key=lambda polygon: -polygon.area())
+    return tuple(
+        _rings(polygon, unit) for polygon in polygons if not polygon.is_empty()
+    )
+
+
+def shadows(part: Part, poses: Sequence[StablePose]) -> "list[CrossSection]":
+    """Silhouettes of a part in some poses, plate frame, in `unit_of` the part."""
+    solid = _solid(part, _points(part))
+    rotations = vectors.rotation_matrices(
+        np.array([pose.orientation for pose in poses]).reshape(-1, 4)
+    )
+    motions = np.pad(rotations, ((0, 0), (0, 0), (0, 1)))  # none moves the part
+    return [
+        _without_spurs(solid.transform(motion).project(), part) for motion in motions
+    ]
+
+
+def unit_of(part: Part) -> float:
+    """Metres a unit of length in which outlines are computed."""
+    return convex_body.body_of(part, 0).radius / UNITS
+
+
+def _points(part: Part) -> Array:
+    """The part about its centre of mass, as its file has it, in `unit_of` the part."""
+    return np.asarray(
+        (part.surface_vertices - part.center_of_mass) / unit_of(part), np.float64
+    )
+
+
+def _flatness(part: Part) -> float:
+    """How far corners of a flat face may be off it."""
+    return UNITS * (convex_body.body_of(part, 0).tolerance or tolerances.COPLANAR)
+
+
+def _without_spurs(outline: "CrossSection", part: Part) -> "CrossSection":
+    """Without what walls leave that stand upright but for rounding: it has no width."""
+    from manifold3d import JoinType  # only outlines need it
+
+    step = min(_flatness(part), UNITS * tolerances.COPLANAR)
+    return (
         outline.offset(-step, JoinType.Miter, 2.0)
         .offset(step, JoinType.Miter, 2.0)
         .simplify(step)
-    )
-    polygons = sorted(cleaned.decompose(), key=lambda polygon: -polygon.area())
-    return tuple(
-        _rings(polygon, unit) for polygon in polygons if not polygon.is_empty()
     )
 
 
