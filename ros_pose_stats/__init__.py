@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from .core.resting.observed_orientations import classify_orientations
     from .core.resting.outlines import outline_at
     from .core.resting.poses import resting_poses
+    from .core.resting.silhouettes import find_lookalikes
     from .core.resting.splitting_graph import splitting_graph
     from .core.simulation.flips import simulate_flips
     from .core.simulation.record_drop import record_drop
@@ -64,6 +65,7 @@ _HOMES = {
         ("core.resting.observed_orientations", "classify_orientations"),
         ("core.resting.outlines", "outline_at"),
         ("core.resting.poses", "resting_poses"),
+        ("core.resting.silhouettes", "find_lookalikes"),
         ("core.resting.splitting_graph", "splitting_graph"),
         ("core.simulation.flips", "simulate_flips"),
         ("core.simulation.record_drop", "record_drop"),
@@ -92,6 +94,7 @@ __all__ = [
     "compare",
     "estimate",
     "estimate_all",
+    "find_lookalikes",
     "hybrid",
     "learn_flips",
     "load_part",

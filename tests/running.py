@@ -54,6 +54,7 @@ STATISTICS_KEYS = {
     "poses",
 }
 POSE_KEYS = {
+    "alike_from_above",
     "index",
     "group",
     "down",

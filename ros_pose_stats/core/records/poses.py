@@ -97,6 +97,9 @@ class StablePose:
         `observed`.
     group_probability : float
         Of all poses of its group together.
+    alike_from_above : tuple of int, optional
+        Indices of the other poses that a camera above the plate cannot tell from this
+        one, as `find_lookalikes` finds them; None until then.
     """
 
     index: int
@@ -121,6 +124,7 @@ class StablePose:
     standard_error: float = math.nan
     count: int = 0
     group_probability: float = math.nan
+    alike_from_above: tuple[int, ...] | None = None
 
     @property
     def support_polygon(self) -> Array:
@@ -132,8 +136,8 @@ class StablePose:
         """Silhouette (k, 2) of the hull, plate frame, metres, counter-clockwise."""
         return self.shape.outline
 
-    def with_values(self, **values: float) -> "StablePose":
-        """The same pose with other probabilities."""
+    def with_values(self, **values: Any) -> "StablePose":
+        """The same pose with other probabilities, or with its lookalikes."""
         pose = object.__new__(StablePose)
         pose.__dict__.update(self.__dict__, **values)
         return pose
@@ -148,6 +152,7 @@ class StablePose:
                 **vectors,
                 "position": without_rounding(self.position, self.height),
                 "members": self.members,
+                "alike_from_above": self.alike_from_above,
             }
         )
         return values
@@ -203,3 +208,19 @@ def single_poses(poses: Iterable[StablePose]) -> tuple[PoseGroup, ...]:
         )
         for pose in poses
     )
+
+
+def lookalikes(group: PoseGroup, groups: Iterable[PoseGroup]) -> tuple[int, ...]:
+    """Other poses that look like those of a group from above, rising.
+
+    None of those that symmetry makes the same, in whichever of `groups`; none if it is
+    not known.
+    """
+    twins = {
+        pose.index
+        for other in groups
+        if other.first.group == group.first.group
+        for pose in other.poses
+    }
+    alike = group.first.alike_from_above or ()
+    return tuple(index for index in alike if index not in twins)

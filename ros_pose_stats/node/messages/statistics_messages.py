@@ -102,6 +102,7 @@ def _pose_message(part_id: str, pose: records.StablePose) -> msg.StablePose:
     ):
         for axis, component in zip("xyzw", components.tolist(), strict=False):
             setattr(vector, axis, component)
+    message.alike_from_above = pose.alike_from_above or ()
     # Nobody writes to these.
     outlines = _OUTLINES.get(pose.shape)
     if outlines is None:
@@ -146,6 +147,7 @@ def _pose_of(message: msg.StablePose) -> records.StablePose:
         roll_axis=_components(message.roll_axis),
         orientation=_components(message.pose.orientation, "xyzw"),
         position=_components(message.pose.position),
+        alike_from_above=tuple(message.alike_from_above) or None,
         **fields,
     )
 
