@@ -99,6 +99,7 @@ GEOMETRY = (
     "yaw_symmetry",
     "group_size",
     "position",
+    "alike_from_above",
 )
 """Of a pose: the same in every answer for a part, so kept in some only."""
 

@@ -31,6 +31,7 @@ ACTS = {
     "UNSETTLED": True,
     "TIME_LIMIT": True,
     "WANTED_ALIKE": True,
+    "ALIKE_FROM_ABOVE": True,
     "FORGOTTEN": True,
     "NOT_RECORDED": False,
 }

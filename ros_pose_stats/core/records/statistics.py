@@ -15,7 +15,7 @@ from ...base.text import Column, several
 from .notes import Note, note_lines
 from .part import Array, Part
 from .plain_values import with_units
-from .poses import PoseGroup, StablePose, single_poses
+from .poses import PoseGroup, StablePose, lookalikes, single_poses
 from .scene import DEFAULT_PLATE_ERROR, SCENE_FIELDS, Numbering, describe_scene
 
 STATISTICS_FIELDS = (
@@ -43,6 +43,10 @@ STATISTICS_FIELDS = (
 BAR = 12  # characters of a full bar
 MOST_INDICES = 20  # characters for the indices of the poses of a row
 UNKNOWN = "-"  # how columns write a value that is not known
+ALIKE = (
+    "  alike: poses of the same silhouette from above; a camera may take them for each "
+    "other"
+)
 ROLLING = "  * rolls in this pose; the tilt to topple holds across its axis only"
 
 
@@ -305,14 +309,18 @@ def pose_table(
     are_joined = any(group.size > 1 for group in listed)
     sizes = [str(group.size) if are_joined else UNKNOWN for group in listed]
     rolls = any(pose.rolls for pose in poses)
+    alike_poses = [lookalikes(group, groups) for group in listed]
 
     columns = [
         FilledColumn(
             Column("poses" if are_joined else "pose"),
-            [_indices(group) for group in listed],
+            [_indices(group.indices) for group in listed],
         ),
         FilledColumn(Column("number"), sizes),
         FilledColumn(Column("group"), [str(pose.group) for pose in poses]),
+        FilledColumn(
+            Column("alike"), [_indices(indices) or UNKNOWN for indices in alike_poses]
+        ),
         *probabilities,
         FilledColumn(
             Column("height", "mm"), [text.millimetres(pose.height) for pose in poses]
@@ -348,6 +356,8 @@ def pose_table(
             f"... and {text.several(poses_unlisted, 'more pose')}{bound}, "
             f"{share} together; --json lists all"
         )
+    if any(alike_poses):
+        lines.append(ALIKE)
     if rolls:
         lines.append(ROLLING)
     return lines
@@ -380,12 +390,12 @@ def probability_columns(
     ]
 
 
-def _indices(group: PoseGroup) -> str:
-    """Indices of the poses; the last ones are left out of a long list."""
-    indices = text.ranges(group.indices)
-    if len(indices) <= MOST_INDICES:
-        return indices
-    return f"{indices[:MOST_INDICES].rpartition(',')[0]}, ..."
+def _indices(indices: Sequence[int]) -> str:
+    """Indices of poses; the last ones are left out of a long list."""
+    listed = text.ranges(indices)
+    if len(listed) <= MOST_INDICES:
+        return listed
+    return f"{listed[:MOST_INDICES].rpartition(',')[0]}, ..."
 
 
 def _topple(group: PoseGroup, is_marked: bool) -> str:

@@ -5,7 +5,7 @@ many drops as would leave their errors.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Sequence, Set as AbstractSet
 from typing import NamedTuple
 
 import numpy as np
@@ -77,8 +77,21 @@ def _join_poses(
 def warn_of_lookalikes(
     statistics: PoseStatistics, wanted_poses: Sequence[int]
 ) -> tuple[Note, ...]:
-    """Warn where only some of the poses that look the same are wanted."""
+    """Warn where only some of the poses that look the same are wanted.
+
+    By symmetry, or from above where it is known which do (`alike_from_above`).
+    """
     wanted_indices = set(map(int, wanted_poses))
+    return (
+        *_warn_of_twins(statistics, wanted_indices),
+        *_warn_of_silhouettes(statistics, wanted_indices),
+    )
+
+
+def _warn_of_twins(
+    statistics: PoseStatistics, wanted_indices: set[int]
+) -> tuple[Note, ...]:
+    """Warn where the part's symmetry makes others the same as wanted poses."""
     sentences = []
     missing_poses: list[int] = []
     for group in sorted(group.indices for group in pose_groups(statistics)):
@@ -108,6 +121,51 @@ def warn_of_lookalikes(
             "WANTED_ALIKE",
             f"{text.listed(sentences)} (symmetry) and {verb} not among the wanted "
             f"ones{shares}.",
+        ),
+    )
+
+
+def poses_mistaken(
+    statistics: PoseStatistics, wanted_indices: AbstractSet[int]
+) -> dict[int, list[int]]:
+    """Wanted poses that each pose looks like from above which is not wanted.
+
+    By the index of both. What symmetry makes alike is not mistaken: it is the same.
+    """
+    poses = statistics.by_index
+    wanted_groups = {poses[index].group for index in wanted_indices}
+    mistaken: dict[int, list[int]] = {}
+    for pose in poses.values():
+        lookalikes = wanted_indices & set(pose.alike_from_above or ())
+        if lookalikes and pose.group not in wanted_groups:
+            mistaken[pose.index] = sorted(lookalikes)
+    return mistaken
+
+
+def _warn_of_silhouettes(
+    statistics: PoseStatistics, wanted_indices: set[int]
+) -> tuple[Note, ...]:
+    """Warn where a camera takes other poses for wanted ones."""
+    mistaken = poses_mistaken(statistics, wanted_indices)
+    if not mistaken:
+        return ()
+    others_like: dict[tuple[int, ...], list[int]] = {}
+    for index, wanted in mistaken.items():
+        others_like.setdefault(tuple(wanted), []).append(index)
+    sentences = [
+        f"{text.name_poses(others)} {'looks' if len(others) == 1 else 'look'} from "
+        f"above like {text.name_poses(wanted)}"
+        for wanted, others in others_like.items()
+    ]
+    share = _summed_share(statistics, set(mistaken))
+    parts = "parts that lie so"
+    if not math.isnan(share):
+        parts = f"{100.0 * share:.1f} % of the parts"
+    return (
+        note(
+            "ALIKE_FROM_ABOVE",
+            f"{text.listed(sentences)} and {'is' if len(mistaken) == 1 else 'are'} not "
+            f"wanted: by the silhouette alone {parts} would be picked wrongly.",
         ),
     )
 

@@ -3,7 +3,7 @@
 import argparse
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ...base.errors import RequestError
 from ...base.methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS
@@ -31,7 +31,9 @@ def register(commands: arguments.Commands) -> None:
         f"to rest in each. {listed(scene_methods)} take the restitution and the drop "
         f"height into account; the others ignore them. {'; '.join(drop_methods)}; "
         "`choice` in the JSON says what it did and why. These two alone take the "
-        "number of drops, the target error, the seed and the workers.",
+        "number of drops, the target error, the seed and the workers. `alike` are "
+        "poses with the same silhouette from above, which a camera may take for each "
+        "other; with all methods they are not looked for.",
         examples=(
             "ros_pose_stats estimate demo/clamp.stl --unit mm",
             "ros_pose_stats estimate demo/clamp.stl --unit auto --density 7850",
@@ -39,6 +41,7 @@ def register(commands: arguments.Commands) -> None:
             "--json",
             "ros_pose_stats estimate demo/gear.stl --unit mm --method hybrid "
             "--drops 500",
+            "ros_pose_stats estimate demo/clamp.stl --unit mm --pixel 0.1mm",
             "ros_pose_stats estimate demo/hex_bolt.stl --unit mm --method all --each",
         ),
         run=run,
@@ -52,7 +55,7 @@ def register(commands: arguments.Commands) -> None:
         help=f"one of {', '.join(CHOICES)}, or {ALL}, which sets "
         "every estimator beside the others (default: %(default)s)",
     )
-    arguments.add_options(command, *arguments.SCENE_OPTIONS, "--each")
+    arguments.add_options(command, *arguments.SCENE_OPTIONS, "--pixel", "--each")
     arguments.add_drop_options(command, None)
     arguments.add_options(
         command,
@@ -70,11 +73,14 @@ def run(options: argparse.Namespace) -> int:
     with running.announce_slow_start():
         from ...core.estimators import ESTIMATORS
         from ...core.estimators.estimate import estimate_in
+        from ...core.resting.silhouettes import find_lookalikes
 
         part = running.load_named_part(options)
         scene = arguments.drop_scene(options)
         methods = ESTIMATORS if options.method == ALL else [options.method]
         estimates = [estimate_in(part, scene, method) for method in methods]
+        if options.method != ALL:
+            estimates = [find_lookalikes(estimates[0], part, options.pixel)]
     print_estimates(estimates, part, options)
     return 0
 
@@ -83,6 +89,7 @@ def estimate_with_drops(options: argparse.Namespace) -> int:
     """Estimate by a method that drops the part, too, and print; the exit status."""
     part = running.load_part_and_kernels(options)
     from ...core.planning import auto, hybrid
+    from ...core.resting.silhouettes import find_lookalikes
 
     method: Callable[..., PoseStatistics] = hybrid.hybrid
     bound = DEFAULT_DROPS
@@ -91,11 +98,19 @@ def estimate_with_drops(options: argparse.Namespace) -> int:
         bound = auto.MOST_DROPS
     if options.drops is not None:
         bound = options.drops
-    return running.run_and_report(part, method, bound, options)
+
+    def drop_and_look(part: "Part", **keywords: Any) -> "PoseStatistics":
+        return find_lookalikes(method(part, **keywords), part, options.pixel)
+
+    return running.run_and_report(part, drop_and_look, bound, options)
 
 
 def refuse_drop_options(options: argparse.Namespace) -> None:
-    """Refuse options that only methods with drops take."""
+    """Refuse options that only other methods take."""
+    if options.pixel is not None and options.method == ALL:
+        raise RequestError(
+            "--pixel with one method", "all methods", "leave --method out"
+        )
     for name in ("drops", "target_error", "seed", "workers"):
         if getattr(options, name) is not None:
             raise RequestError(

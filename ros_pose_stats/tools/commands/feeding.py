@@ -61,10 +61,12 @@ def run(options: argparse.Namespace) -> int:
     refuse_no_kicks(picture, options)
     part = running.load_part_and_kernels(options)
     from ...core.planning import auto, feeding_plan
+    from ...core.resting.silhouettes import find_lookalikes
     from ...core.simulation import flips
 
     cell = cells.read_cell(options)
-    statistics = auto.estimate(part, **arguments.scene_keywords(options))
+    estimate = auto.estimate(part, **arguments.scene_keywords(options))
+    statistics = find_lookalikes(estimate, part, options.pixel)
     # What is refused is refused at once.
     feeding_plan.plan_feeding(statistics, options.wanted, cell)
     counted_flips = flip_counts.read_flips(options.counts, len(statistics.poses))

@@ -47,6 +47,7 @@ def run(options: argparse.Namespace) -> int:
     from ...core.planning.auto import estimate
     from ...core.planning.feeding_plan import plan_feeding
     from ...core.resting.poses import poses_in
+    from ...core.resting.silhouettes import find_lookalikes
     from ...core.statistics.pose_groups import warn_of_lookalikes
 
     resting_poses = poses_in(part, arguments.drop_scene(options))
@@ -57,7 +58,9 @@ def run(options: argparse.Namespace) -> int:
     warnings: list[Note] = []
     if options.wanted is not None:
         cell = cells.read_cell(options)
-        dropped = estimate(part, **arguments.scene_keywords(options))
+        dropped = find_lookalikes(
+            estimate(part, **arguments.scene_keywords(options)), part, options.pixel
+        )
         # What is refused is refused at once.
         plan_feeding(dropped, options.wanted, cell)
         warnings += [*dropped.warnings, *warn_of_lookalikes(dropped, options.wanted)]

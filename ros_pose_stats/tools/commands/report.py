@@ -93,6 +93,7 @@ def run(options: argparse.Namespace) -> int:
         cell_of(options),
         options.kick,
         options.flips,
+        options.pixel,
         options.changes,
     )
     scene = arguments.drop_scene(options)
@@ -152,7 +153,7 @@ def commands_to_reproduce(
     drop_words = ["--drops", str(simulated.drops), "--seed", str(simulated.seed)]
     cell_options = () if options.rate is None else cells.CELL_OPTIONS
     feeder_words = arguments.option_words(
-        values, "wanted", *cell_options, "kick", "flips", "changes"
+        values, "wanted", *cell_options, "kick", "flips", "pixel", "changes"
     )
     page_words = ["-o", Path(options.output).name]
     return tuple(

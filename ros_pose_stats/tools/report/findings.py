@@ -13,6 +13,7 @@ from ...core.records import DropScene, FlipStatistics, Part, PoseStatistics
 from ...core.records.notes import Note
 from ...core.records.scene import DEFAULT_SEED
 from ...core.resting import pose_sphere, poses, splitting_graph
+from ...core.resting.silhouettes import find_lookalikes
 from ...core.simulation import flips, request, simulate
 from ...core.statistics import feeding, pose_groups
 from ..design.sensitivity import Sensitivity, sensitivity
@@ -32,6 +33,8 @@ class Feeder:
     # of kicks that the cell gives now, metres; None where it does not kick
     kick_height: float | None = None
     flips: int | None = None  # out of each pose at each kick; None for the usual number
+    # side of what a pixel of its camera shows of the plate, metres
+    pixel: float | None = None
     # whether to find out which changes of the part raise the accepted share
     changes: bool = False
 
@@ -137,6 +140,7 @@ def investigate(
             progress.drops / bound, f"{progress.drops} of {bound} drops{ending}"
         ),
     )
+    simulated = find_lookalikes(simulated, part, feeder.pixel)
     accepted = changes = None
     if feeder.wanted and simulated.drops > simulated.unsettled:
         accepted = feeding.accepted_share(

@@ -13,7 +13,7 @@ from ...core.mesh.decimation import visible_triangles
 from ...core.mesh.units import unit_in_words
 from ...core.records import Array, Part, PoseStatistics, StablePose
 from ...core.records.notes import has_note
-from ...core.records.poses import PoseGroup, single_poses
+from ...core.records.poses import PoseGroup, lookalikes, single_poses
 from ...core.records.statistics import listed_groups
 from ...core.statistics import feeding, pose_groups
 from ..design import comparison, describe
@@ -84,7 +84,11 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     best_poses = [group.first for group in drawn_groups]
     pictures = poses.pose_pictures(part, best_poses, statistics.radius)
     return words.template(
-        "page.html", named=_name_group, numbered=_numbered, direction=_direction
+        "page.html",
+        named=_name_group,
+        numbered=_numbered,
+        indices=_list_poses,
+        direction=_direction,
     ).render(
         **LIMITS,
         single_poses=single_poses,
@@ -100,6 +104,9 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         else feeding.passes_of(*findings.accepted),
         cell=findings.cell,
         groups=groups,
+        lookalikes={
+            group.first.index: lookalikes(group, groups) for group in drawn_groups
+        },
         shown=drawn_groups,
         size=np.ptp(part.surface_vertices, axis=0).tolist(),
         unit=unit_in_words(statistics.unit),
@@ -233,11 +240,16 @@ def _name_group(group: PoseGroup) -> str:
 
 
 def _numbered(group: PoseGroup) -> str:
-    """Numbers of the poses of a group; the last ones are left out of a long list."""
-    text = ranges(group.indices).replace("-", words.RANGE)
+    """Numbers of the poses of a group."""
+    return _list_poses(group.indices)
+
+
+def _list_poses(indices: Sequence[int]) -> str:
+    """Numbers of poses; the last ones are left out of a long list."""
+    text = ranges(indices).replace("-", words.RANGE)
     if len(text) <= MOST_NAMED:
         return text
-    return f"{text[:MOST_NAMED].rpartition(',')[0]}, ... ({group.size} in all)"
+    return f"{text[:MOST_NAMED].rpartition(',')[0]}, ... ({len(indices)} in all)"
 
 
 def _direction(direction: Array) -> str:

@@ -125,6 +125,10 @@ WORDS = {
         "A wanted pose has others that look the same",
         "A camera cannot tell them apart: name them, too, unless it can.",
     ),
+    "ALIKE_FROM_ABOVE": (
+        "Other poses look like a wanted one from above",
+        "Tell them apart by what silhouettes do not show: a height, a pocket, a mark.",
+    ),
     "FORGOTTEN": ("The node does not know the part any more", "Send its mesh again."),
     "TIME_LIMIT": ("The simulation ran out of time", "What was done counts."),
     "NOT_RECORDED": ("The answer was not recorded", "Look after the disk of the log."),

@@ -8,12 +8,13 @@ from tests.answers import write_stl
 
 @pytest.fixture(scope="session")
 def parts(tmp_path_factory):
-    """A box of 20 x 30 x 40 mm in several states of repair, a cylinder, and what is no
-    part.
+    """A box of 20 x 30 x 40 mm in several states of repair, a bar, a cylinder, and what
+    is no part.
     """
     folder = tmp_path_factory.mktemp("parts")
     vertices, triangles = shapes.box(20.0, 30.0, 40.0)
     write_stl(folder / "box.stl", (vertices, triangles))
+    write_stl(folder / "bar.stl", shapes.box(40.0, 30.0, 29.8))
     write_stl(folder / "open.stl", (vertices, triangles[:-2]))
     write_stl(folder / "flat.stl", (vertices * (1.0, 1.0, 0.0), triangles))
     write_stl(folder / "cylinder.stl", shapes.cylinder(64, 9.0, 22.0))
@@ -26,3 +27,9 @@ def parts(tmp_path_factory):
 def box(parts):
     """The sound box and its unit."""
     return parts / "box.stl", "--unit", "mm"
+
+
+@pytest.fixture(scope="session")
+def bar(parts):
+    """A bar whose long sides differ by less than a camera may see."""
+    return parts / "bar.stl", "--unit", "mm"

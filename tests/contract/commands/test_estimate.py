@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lab.bodies import shapes
-from ros_pose_stats import auto, estimate, hybrid, load_part
+from ros_pose_stats import auto, estimate, find_lookalikes, hybrid, load_part
 from tests.answers import METHODS, write_stl
 from tests.running import answer, answer_json, refusal
 
@@ -100,6 +100,18 @@ class TestTable:
         assert text.count("the tilt to topple holds across its axis only") == 1
         assert "*" not in answer("estimate", *box)
 
+    def test_poses_that_a_camera_takes_for_each_other_are_named(self, bar):
+        """All four long sides of the bar; both ends are smaller."""
+        text = answer("estimate", *bar)
+        alike = {row["poses"]: row["alike"] for row in table_rows(text)}
+        assert alike == {"0, 1": "2, 3", "2, 3": "0, 1", "4, 5": "-"}
+        assert text.count("alike: poses of the same silhouette from above") == 1
+        every_pose = table_rows(answer("estimate", *bar, "--each"))
+        for row in every_pose:
+            assert row["alike"] == {"0": "2, 3", "1": "0, 1", "2": "-"}[row["group"]]
+        text = answer("estimate", *bar, "--pixel", "0.01mm")
+        assert "alike" not in text and len(table_rows(text)) == 3
+
     @pytest.mark.parametrize(("extra", "count"), [((), 3), (("--each",), 6)])
     def test_all_methods_side_by_side(self, box, extra, count):
         text = answer("estimate", *box, "--method", "all", *extra)
@@ -190,7 +202,8 @@ class TestJson:
     )
     def test_it_is_the_librarys_answer(self, cylinder, words, function, options):
         values = answer_json("estimate", *cylinder, *words)
-        expected = function(load_part(cylinder[0], unit="mm"), **options).as_dict()
+        part = load_part(cylinder[0], unit="mm")
+        expected = find_lookalikes(function(part, **options), part).as_dict()
         assert {**values, "seconds": None} == {**expected, "seconds": None}
 
     def test_auto_says_why_where_a_target_was_asked_for(self, box):
@@ -323,6 +336,11 @@ REFUSED = {
     ),
     "target error": (["box.stl", "--target-error", "2"], "target error"),
     "no drops": (["box.stl", "--method", "hybrid", "--drops", "0"], "drops"),
+    "no pixel": (["box.stl", "--pixel", "0mm"], "a length above 0"),
+    "a pixel for all methods": (
+        ["box.stl", "--method", "all", "--pixel", "1mm"],
+        "--pixel with one method",
+    ),
     "negative seed": (["box.stl", "--method", "hybrid", "--seed", "-1"], "seed"),
 }
 

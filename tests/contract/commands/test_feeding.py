@@ -62,6 +62,29 @@ def test_the_table_and_a_picture_mark_the_best_kick(box, tmp_path):
     answer("feeding", *box, "--wanted", 0, *ASKED[:-1], "--png", tmp_path / "one.png")
 
 
+def test_what_a_camera_takes_for_a_wanted_pose_is_warned_of(bar):
+    words = "feeding", *bar, "--wanted", "0,1", *ASKED[:3], "--kicks"
+    (warning,) = (
+        warning
+        for warning in answer_json(*words)["warnings"]
+        if warning["code"] == "ALIKE_FROM_ABOVE"
+    )
+    shares = {
+        pose["index"]: pose["probability"]
+        for pose in answer_json("estimate", *bar)["poses"]
+    }
+    share = 100.0 * (shares[2] + shares[3])
+    assert warning["acts"] and warning["text"] == (
+        "poses 2, 3 look from above like poses 0, 1 and are not wanted: by the "
+        f"silhouette alone {share:.1f} % of the parts would be picked wrongly."
+    )
+    answers = (
+        answer(*words, "--pixel", "0.01mm"),
+        answer("feeding", *bar, "--wanted", "0-3", *ASKED[:3], "--kicks"),
+    )
+    assert not any("ALIKE_FROM_ABOVE" in text for text in answers)
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

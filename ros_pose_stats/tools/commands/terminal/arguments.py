@@ -5,6 +5,7 @@ A refusal is one line, and every help ends with an example.
 """
 
 import argparse
+import math
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -141,6 +142,14 @@ def read_length(text: str) -> float:
             "a length, for instance 0.2 for metres, 200mm, 20cm or 8inch", text
         )
     return float(length[1]) * metres
+
+
+def read_pixel(text: str) -> float:
+    """A length above 0."""
+    metres = read_length(text)
+    if not 0.0 < metres < math.inf:
+        raise _refusal("a length above 0, for instance 0.1mm", text)
+    return metres
 
 
 def read_indices(text: str) -> list[int]:
@@ -313,6 +322,13 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "type": read_count,
         "metavar": "W",
         "help": "number of threads (default: all cores)",
+    },
+    "--pixel": {
+        "type": read_pixel,
+        "metavar": "P",
+        "help": "side of what a pixel of the camera shows of the plate, as 0.1mm: "
+        "poses look alike whose silhouettes differ by no more than half a pixel along "
+        "their outline (default: by no more than 1 %% of their area)",
     },
     "--output": {"metavar": "FILE"},
     "--png": {"metavar": "FILE"},

@@ -38,7 +38,7 @@ def add_cell(command: arguments.CommandParser, **rate: object) -> None:
         "(default: 0)",
     )
     arguments.add_options(command, "--rate", **rate)
-    arguments.add_options(command, "--cycle-time")
+    arguments.add_options(command, "--cycle-time", "--pixel")
     for name, (seconds, about) in TIMES.items():
         command.add_argument(
             f"--{name}",
