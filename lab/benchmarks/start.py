@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from lab.frame.page import ROOT
@@ -43,18 +43,15 @@ COMPILING = (
 )
 
 
-def measure(runs: int, part: Path, cache: Path) -> tuple[Section, ...]:
-    """Time compiling, the first command, then warm ones beside bare imports.
+def measure(runs: int, folder: Path) -> tuple[Section, ...]:
+    """Time compiling, the first command, then so many warm ones beside bare imports.
 
-    Parameters
-    ----------
-    runs : int
-        Warm processes of each kind.
-    part : Path
-        Mesh in millimetres.
-    cache : Path
-        Empty folder for the machine code.
+    Machine code and parts go into an empty folder.
     """
+    parts = write_demo_parts(folder / "parts")
+    part = next(path for path in parts if path.stem == "clamp")
+    cache = folder / "cache"
+    cache.mkdir()
     estimate = ["estimate", str(part), "--unit", "mm"]
     simulate = ["simulate", str(part), "--unit", "mm", "--drops", "1000"]
     script = Path(sys.executable).with_name("ros_pose_stats")
@@ -73,23 +70,19 @@ def measure(runs: int, part: Path, cache: Path) -> tuple[Section, ...]:
         "python -c pass": [sys.executable, "-c", "pass"],
     }
     warm = race(
-        [Contender(name, _caller(call, cache)) for name, call in calls.items()],
+        [
+            Contender(name, lambda words: _process(words, cache), partial(list, call))
+            for name, call in calls.items()
+        ],
         Pace(runs, 600.0),
     )
     return compiling, _wall_section(first, warm)
 
 
-def _caller(call: list[str], cache: Path) -> Callable[[object], object]:
-    return lambda _: _process(call, cache)
-
-
-def _process(call: list[str], cache: Path) -> str:
-    """Run to the end and return standard error."""
+def _process(call: list[str], cache: Path) -> None:
+    """Run to the end."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
-    process = subprocess.run(
-        call, cwd=ROOT, env=environment, capture_output=True, text=True, check=True
-    )
-    return process.stderr
+    subprocess.run(call, cwd=ROOT, env=environment, capture_output=True, check=True)
 
 
 def _compile_section(call: list[str], cache: Path) -> Section:
@@ -152,23 +145,14 @@ def _wall_section(first: Timings, warm: Timings) -> Section:
     return Section("start", "Start of the command", WALL, tuple(rows))
 
 
-def measure_here(runs: int) -> tuple[Section, ...]:
-    """Measure in a folder of its own."""
-    with tempfile.TemporaryDirectory(prefix="ros_pose_stats_") as folder:
-        parts = write_demo_parts(Path(folder) / "parts")
-        clamp = next(path for path in parts if path.stem == "clamp")
-        cache = Path(folder) / "cache"
-        cache.mkdir()
-        return measure(runs, clamp, cache)
-
-
 def main() -> None:
     """Read the arguments and measure."""
     parser = benchmark_parser("lab.benchmarks.start", __doc__)
     parser.add_argument(
         "--runs", type=int, default=9, help="warm processes (default: %(default)s)"
     )
-    run_benchmark(parser, lambda options: measure_here(options.runs))
+    with tempfile.TemporaryDirectory(prefix="ros_pose_stats_") as folder:
+        run_benchmark(parser, lambda options: measure(options.runs, Path(folder)))
 
 
 if __name__ == "__main__":

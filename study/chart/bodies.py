@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from lab.bodies.shapes import ellipsoid_points, hull_mesh
+from lab.bodies.shapes import Surface, ellipsoid_points, hull_mesh
 from ros_pose_stats.core.mesh.parts import part_from_mesh
 from ros_pose_stats.core.records import Array, DropScene, Index, Part
 from ros_pose_stats.core.records.scene import (
@@ -153,10 +153,7 @@ def machined_parts(bodies: int, drops: int, restitutions: tuple[float, ...]) -> 
     """
     from lab.bodies.catalogue_parts import random_part
 
-    meshes = []
-    for number in range(bodies):
-        surface = random_part(PARTS_SEED, number)
-        meshes.append(Mesh(*surface, part_from_mesh(*surface).center_of_mass))
+    meshes = [_homogeneous(random_part(PARTS_SEED, number)) for number in range(bodies)]
     sizes = [len(mesh.vertices) for mesh in meshes]
     return _drop_bodies(
         f"machined and turned parts, {min(sizes)} to {max(sizes)} vertices",
@@ -177,43 +174,26 @@ def _drop_bodies(
     round_sides: int,
 ) -> Size:
     """Simulate bodies from 20 radii."""
-    restings = []
-    simulated = []
-    for number, mesh in enumerate(meshes):
-        part = mesh.part()
-        restings.append(resting_poses(part, cluster_tolerance, round_sides))
-        simulated.append(
-            [
-                _count_poses(
-                    part,
-                    drops,
-                    number,
-                    DropScene(rho, None, cluster_tolerance, round_sides),
-                )
-                for rho in restitutions
-            ]
-        )
-    return Size(
-        title,
-        meshes,
-        restings,
-        {
-            restitution: pooled(list(of_all))
-            for restitution, of_all in zip(
-                restitutions, zip(*simulated, strict=True), strict=True
-            )
-        },
-        None,
-        cluster_tolerance,
-        round_sides,
-    )
+    parts = [mesh.part() for mesh in meshes]
+    poses = [resting_poses(part, cluster_tolerance, round_sides) for part in parts]
+    size = Size(title, meshes, poses, {}, None, cluster_tolerance, round_sides)
+    for rho in restitutions:
+        counts = [
+            _count_poses(part, drops, number, size.scene(rho))
+            for number, part in enumerate(parts)
+        ]
+        size.simulated[rho] = pooled(counts)
+    return size
 
 
 def _ellipsoid(vertices: int, number: int) -> Mesh:
     """Make one of the bodies, from these numbers alone."""
     low, high = SEMI_AXES
     b, c = np.random.default_rng((vertices, number)).uniform(low, high, 2).tolist()
-    surface = hull_mesh(ellipsoid_points(vertices, number, (1.0, b, c)))
+    return _homogeneous(hull_mesh(ellipsoid_points(vertices, number, (1.0, b, c))))
+
+
+def _homogeneous(surface: Surface) -> Mesh:
     return Mesh(*surface, part_from_mesh(*surface).center_of_mass)
 
 

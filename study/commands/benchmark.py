@@ -248,10 +248,10 @@ def run_figures(options: argparse.Namespace) -> int:
     with announce_slow_start(), end_on_interrupt():
         from ..accuracy_documents import measure_documents, write_documents
 
-        folder = _folder(options.output)
+        _refuse_unwritable(options.output)
     with end_on_interrupt():
         documents = measure_documents(quick=options.quick, say=_say)
-    _say_files(write_documents(documents, folder))
+    _say_files(write_documents(documents, Path(options.output)))
     return 0
 
 
@@ -262,11 +262,11 @@ def run_plates(options: argparse.Namespace) -> int:
 
         from ..plates import plates, plates_text, write_plates
 
-        folder = _folder(options.output) if options.output else None
+        _refuse_unwritable(options.output)
     with end_on_interrupt():
         results = plates(options.splits, options.seed, say=_say)
-    if folder is not None:
-        _say_files(write_plates(results, folder))
+    if options.output:
+        _say_files(write_plates(results, Path(options.output)))
     _print(options, plain(results), plates_text(results))
     return 0
 
@@ -276,11 +276,11 @@ def run_stability(options: argparse.Namespace) -> int:
     with announce_slow_start(), end_on_interrupt():
         from ..stability import as_dict, stability, stability_text, write_stability
 
-        folder = _folder(options.output) if options.output else None
+        _refuse_unwritable(options.output)
     with end_on_interrupt():
         results = stability(quick=options.quick, on_progress=_say)
-    if folder is not None:
-        _say_files(write_stability(results, folder))
+    if options.output:
+        _say_files(write_stability(results, Path(options.output)))
     _print(options, as_dict(results), stability_text(results))
     return 0
 
@@ -302,11 +302,9 @@ def _datasets(options: argparse.Namespace) -> list[Dataset]:
     return shipped_datasets()
 
 
-def _folder(name: str) -> Path:
-    """A folder, refused if nothing can be written there."""
-    folder = Path(name)
-    refuse_unwritable(folder)
-    return folder
+def _refuse_unwritable(folder: str | None) -> None:
+    if folder is not None:
+        refuse_unwritable(Path(folder))
 
 
 def _bodies(

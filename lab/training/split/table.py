@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lab.bodies.families import family_part, family_poses
 from ros_pose_stats.core.estimators.split import kept_shares, split_inputs
-from ros_pose_stats.core.records import Array, DropScene, Index, Mask
+from ros_pose_stats.core.records import Array, DropScene, Index
 from ros_pose_stats.core.resting.poses import RestingPoses
 
 from .samples import Sample
@@ -41,10 +41,8 @@ class Table(NamedTuple):
     first_pose: Index
     share: Array  # (P,) count over settled drops
 
-    def some(self, which: Index | Mask) -> Table:
-        """Samples by their numbers, or those (U,) that are true."""
-        samples = np.arange(self.splits.shape[0])
-        chosen = samples[which]
+    def some(self, chosen: Index) -> Table:
+        """Samples by their numbers."""
         splits = self.splits[chosen]
         poses = self.poses[chosen]
         split = _rows(self.first_split[chosen], splits)
