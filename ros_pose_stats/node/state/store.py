@@ -5,6 +5,7 @@ import sqlite3
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 from ...base import errors, files
@@ -52,6 +53,7 @@ class State:
         self.in_use = threading.Lock()  # held while the file is written or read
         self._filing = threading.Lock()  # held while files of meshes come or go
         self._replaced: set[str] = set()  # files whose mesh may be no part's any more
+        self._adopted = 0  # meshes of an older version that were copied
         try:
             files.refuse_irregular(file)
             self._open(patience)
@@ -239,28 +241,57 @@ class State:
 
     def _copy_older_meshes(self, link: sqlite3.Connection) -> None:
         """Copy meshes from where older versions have them; `read` finds the others."""
-        copies = 0
         with suppress(OSError, sqlite3.Error):
             for name in tables.files_of_meshes(link):
                 message = None if self.meshes.has(name) else self.meshes.read(name)
                 if message is not None:
-                    tables.write(link, [Change("files", name, (name,))])
-                    self.meshes.write(name, message)
-                    copies += 1
-        if copies:
+                    self._adopt(link, name, message)
+        if self._adopted:
             older_folders = " and ".join(map(str, self.meshes.older_folders))
             self._say(
-                f"{copies} meshes of {older_folders} are copied to "
-                f"{self.meshes.folder}; the older ones may be deleted, unless another "
+                f"{self._adopted} meshes of an older version are copied to "
+                f"{self.meshes.folder}; {older_folders} may be deleted, unless another "
                 "node has its own there"
             )
+
+    def _adopt(self, link: sqlite3.Connection, name: str, message: bytes) -> None:
+        """Have a mesh in a file of the state's own; raises OSError, sqlite3.Error."""
+        tables.write(link, [Change("files", name, (name,))])
+        self.meshes.write(name, message)
+        self._adopted += 1
+
+    def _convert_file(
+        self,
+        link: sqlite3.Connection,
+        name: str,
+        convert: Callable[[bytes], bytes | None],
+    ) -> str | None:
+        """Have a mesh as a message of today in another file; None where it is broken.
+
+        One that is gone keeps its name: its part is to be sent again.
+        """
+        message = self.meshes.read(name)
+        if message is None:
+            return name
+        converted = convert(message)
+        if converted is None:
+            return None
+        new_name = mesh_files.name_of(converted)
+        if not self.meshes.is_sound(new_name):
+            self._adopt(link, new_name, converted)
+        return new_name
 
     def _connect_soundly(self) -> sqlite3.Connection:
         """Connect, and look at every row; messages become those of today."""
         link = tables.connect(self.file)
         try:
             tables.check_sound(link)
-            tables.update_messages(link, self._definitions, self._convert)
+            tables.update_messages(
+                link,
+                self._definitions,
+                self._convert,
+                partial(self._convert_file, link),
+            )
         except BaseException:
             link.close()
             raise

@@ -43,6 +43,7 @@ MESSAGES = {
     "results": {1: "PoseStatistics", 2: "PoseStatistics"},
     "jobs": {2: "JobEvent", 3: "PoseStatistics"},
 }  # serialised in columns
+FILE = 2  # column of `meshes`
 MOST_COUNTED = 1_000_000  # messages of counts whose identity is kept, the newest ones
 LOCK_SECONDS = 5.0  # to wait for the lock of another process
 POLL_SECONDS = 0.05
@@ -285,9 +286,15 @@ def files_of_meshes(link: sqlite3.Connection) -> set[str]:
 
 
 def update_messages(
-    link: sqlite3.Connection, today: Mapping[str, str], convert: Convert
+    link: sqlite3.Connection,
+    today: Mapping[str, str],
+    convert: Convert,
+    convert_file: Callable[[str, Callable[[bytes], bytes | None]], str | None],
 ) -> None:
-    """Write messages anew whose definitions changed; what is unreadable now goes."""
+    """Write messages anew whose definitions changed; what is unreadable now goes.
+
+    `convert_file` does so with a file of a mesh, and gives the name of the new one.
+    """
     fact = look_up(link, "facts", "definitions")
     written = {} if fact is None else json.loads(fact[1])
     if written == today:
@@ -297,8 +304,13 @@ def update_messages(
         for row in rows_of(link, table):
             values = list(row)
             for column, kind in kinds.items():
-                if row[column] and written.get(kind, today[kind]) != today[kind]:
+                if written.get(kind, today[kind]) == today[kind]:
+                    continue
+                if row[column]:
                     values[column] = convert(kind, written[kind], row[column])
+                elif table == "meshes":
+                    update = partial(convert, kind, written[kind])
+                    values[FILE] = convert_file(row[FILE], update)
             if tuple(values) != row:
                 is_readable = None not in values
                 changes.append(

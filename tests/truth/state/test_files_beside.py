@@ -222,9 +222,9 @@ def test_a_copy_from_another_machine_is_a_state_of_its_own(file, opened, tmp_pat
     assert opened().mesh("one") == MESHES[0]
 
 
-def state_of_0_2(file):
+def state_of_0_2(file, **options):
     """Make a state as version 0.2.0 left it, with two meshes; its folder."""
-    state = State(file)
+    state = State(file, **options)
     for number in (0, 1):
         put_stored(state, f"part {number}", MESHES[number])
     state.close()
@@ -249,6 +249,31 @@ def test_meshes_of_an_older_state_are_copied_and_stay(file, opened):
     state.close()
     opened(say=lines.append)
     assert lines == [line] and picture(*older_files) == before
+
+
+def test_meshes_of_older_definitions_are_converted_and_stay(file, opened):
+    """Those of 0.2.0 lack fields that today's have; a broken one is as none."""
+    kinds = dict.fromkeys(("PartMesh", "PoseStatistics", "JobEvent"), "float64 x")
+    older_folder = state_of_0_2(file, definitions=kinds)
+    older_files = [older_folder / DIGESTS[number] for number in (0, 1)]
+    before = picture(*older_files)
+    lines = []
+
+    def convert(kind, definition, data):
+        assert (kind, definition) == ("PartMesh", "float64 x")
+        return None if data == MESHES[1] else data + b"body"
+
+    for _ in range(2):  # the second time there is nothing to be done
+        state = opened(
+            definitions={**kinds, "PartMesh": "x y"}, convert=convert, say=lines.append
+        )
+        assert state.mesh("part 0") == MESHES[0] + b"body"
+        assert state.mesh("part 1") is None
+        state.close()
+    assert picture(*older_files) == before and len(lines) == 1
+    state = opened(definitions={**kinds, "PartMesh": "z"}, convert=lambda *_: MESHES[3])
+    assert state.mesh("part 0") == MESHES[3]
+    assert names_in(folder_of(file)) == [DIGESTS[3]]
 
 
 def test_meshes_that_cannot_be_copied_are_read_where_they_are(file, opened):
