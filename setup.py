@@ -31,6 +31,7 @@ setup(
         (
             f"share/{PACKAGE}/config",
             [
+                "config/pose_stats.policy.xml",
                 "config/pose_stats.yaml",
                 "config/pose_stats.rviz",
                 "config/pose_stats.foxglove.json",

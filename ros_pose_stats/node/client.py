@@ -21,7 +21,7 @@ from ..core.records import DropScene, Part, PoseStatistics
 from ..core.records.scene import DEFAULT_RESTITUTION
 from .messages import part_messages, part_requests, times
 from .messages.statistics_messages import statistics_of_message
-from .participant import join_ros
+from .participant import create_client_node, join_ros
 from .parts import part_builder
 from .stop_signals import StopSignals
 
@@ -42,7 +42,7 @@ def ros_node(name: str, arguments: Sequence[str]) -> Iterator[tuple[Node, StopSi
     join_ros(arguments, "for instance --ros-args -r __ns:=/cell")
     node = None
     try:
-        node = rclpy.create_node(name)
+        node = create_client_node(name)
         yield node, stop
     except RequestError:
         raise

@@ -16,6 +16,7 @@ from typing import Any
 
 from ..base.errors import RequestError
 
+KEYSTORE = "ROS_SECURITY_KEYSTORE"
 HIDDEN_NAME = "_ros_pose_stats"  # with an underscore, lists of nodes leave it out
 MEMORY_LOCK = re.compile(r"/dev/shm/fastrtps_[0-9a-f]{16}_el")
 
@@ -28,27 +29,62 @@ def join_ros(arguments: Sequence[str] | None, example: str) -> None:
     `example`: arguments that rcl can read, for who gave others.
     """
     import rclpy
-    from rclpy import parameter, signals
+    from rclpy import signals
 
     try:
         rclpy.init(
             args=arguments, signal_handler_options=signals.SignalHandlerOptions.NO
         )
+        first_node = create_client_node(
+            HIDDEN_NAME, use_global_arguments=False, enable_rosout=False
+        )
     except Exception as error:
         # What rcl raises for arguments that it cannot parse has no base.
+        failure = str(error).strip()
+        refuse_without_keys(failure)
         raise RequestError(
-            "ROS arguments that rcl can read", str(error).strip(), example
+            "ROS arguments that rcl can read", failure, example
         ) from error
-    _first_nodes.append(
-        rclpy.create_node(
-            HIDDEN_NAME,
-            use_global_arguments=False,
-            enable_rosout=False,
-            start_parameter_services=False,
-            parameter_overrides=[
-                parameter.Parameter("start_type_description_service", value=False)
-            ],
+    _first_nodes.append(first_node)
+
+
+def create_client_node(name: str, **options: Any) -> Any:
+    """A node that nobody asks anything, so that no policy need name its services."""
+    import rclpy
+    from rclpy import parameter
+
+    return rclpy.create_node(
+        name,
+        start_parameter_services=False,
+        parameter_overrides=[
+            parameter.Parameter("start_type_description_service", value=False)
+        ],
+        **options,
+    )
+
+
+def refuse_without_keys(failure: str) -> None:
+    """Refuse to go on where ROS is to be secured and has failed for want of keys."""
+    if os.environ.get("ROS_SECURITY_ENABLE") != "true":
+        return
+    remedy = (
+        "make keys and name their enclave, --ros-args --enclave /NAME, as "
+        "docs/security.md says, or unset ROS_SECURITY_ENABLE"
+    )
+    if not os.environ.get(KEYSTORE):
+        # rcl goes on without them, unless the strategy is this one.
+        if os.environ.get("ROS_SECURITY_STRATEGY") != "Enforce":
+            return
+        failure = f"no folder of them in {KEYSTORE}"
+    elif "security libraries" in failure:
+        remedy = (
+            "take ROS from its Debian packages, since its wheels have no security, or "
+            "unset ROS_SECURITY_ENABLE"
         )
+    elif not any(sign in failure for sign in ("SECURITY", "error creating node")):
+        return
+    raise RequestError(
+        "keys for a secured network (ROS_SECURITY_ENABLE=true)", failure, remedy
     )
 
 
