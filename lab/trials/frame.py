@@ -64,7 +64,8 @@ PAGE = Page(
 *This page is written by `python -m lab.trials.fuzz --write`, and so by
 `lab.trials.units`, `lab.trials.soak`, `lab.trials.attacks` and `lab.trials.state`, from
 what each of them stored in `docs/measured/numbers`. `python -m lab.trials` runs all of
-them in a short form.*
+them in a short form. `python -m lab.trials.every_command FILE|FOLDER` runs every
+command about a part on files of one's own and prints what reaches standard error.*
 
 Broken is how many promises were not kept. The machines were shared, so times give an
 idea only.
