@@ -13,7 +13,7 @@ keep together.
 """
 
 import math
-from functools import cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -235,6 +235,7 @@ def scatter_mixture(width: float) -> tuple[Array, Array]:
     return weight, np.sqrt(square / (weight @ square))
 
 
+@lru_cache
 def best_method(restitution: float) -> str:
     """The estimator that errs least on the reference parts at a restitution."""
     return min(fitted.USUAL_ERRORS, key=lambda name: _usual_square(name, restitution))

@@ -11,30 +11,21 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 from ...base import errors, methods
 from ...core.estimators import best_method
 from ...core.planning import auto, confidence
-from ...core.records import DropScene, Part
+from ...core.records import DropScene
 from ...core.records.notes import note
 from ...core.resting.poses import poses_in
 from ..equipment import Equipment
 from ..lanes import Lane, Rank, finished_future
+from ..memory import Memory
 from ..messages import statistics_messages
 from ..parts.known_part import KnownPart
 from ..parts.part_results import BEST, CHECKED, TRIED
 from ..parts.registry import PartRegistry
 from . import JobRequest, Jobs
 
+REMEMBERED_BOUNDS = 1000  # of results; finding one takes longer than an answer's rest
 
-def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> float:
-    """The error that a result keeps with 90 % confidence; infinite if it is unknown."""
-    resting = poses_in(part, scene)
-    if not message.drops:
-        return confidence.estimate_bound(message, resting, scene)
-    counts = np.array(
-        [pose.count for pose in sorted(message.poses, key=lambda pose: pose.index)]
-    )
-    prior = None
-    if message.method == methods.HYBRID or statistics_messages.refutes(message):
-        prior = confidence.pose_prior(resting, scene)
-    return confidence.judge_drops(prior, counts).bound
+BoundKey = tuple[str, DropScene, str, bool, tuple[int, ...]]
 
 
 class Refinement:
@@ -51,6 +42,7 @@ class Refinement:
         # names of parts that wait for their check with nobody asking
         self._followed: set[str] = set()
         self._lock = threading.Lock()
+        self._bounds: Memory[BoundKey, float] = Memory(REMEMBERED_BOUNDS)
 
     def check(self, part: KnownPart, scene: DropScene) -> Future[PoseStatistics]:
         """A built part's checked estimate; new parts come before scenes of old ones."""
@@ -131,7 +123,7 @@ class Refinement:
         if model is not None and (model.drops or is_hybrid):
             if model.drops >= drops:
                 return
-            if target and credible_bound(part.geometry, model, scene) <= target:
+            if target and self._credible_bound(part, model, scene) <= target:
                 return
         self._jobs.submit(request, finished_future(part), settings)
 
@@ -150,7 +142,7 @@ class Refinement:
             best_method(scene.restitution),
             checked.method,
             checked.drops,
-            credible_bound(part.geometry, checked, scene),
+            self._credible_bound(part, checked, scene),
             auto.DEFAULT_TARGET,
         )
 
@@ -166,7 +158,7 @@ class Refinement:
         message = part.estimate(method, scene)
         if not target_error:
             return message
-        bound = credible_bound(part.geometry, message, scene)
+        bound = self._credible_bound(part, message, scene)
         if bound <= target_error:
             return message
         reason = f"the error of {message.method} is not known here"
@@ -191,7 +183,7 @@ class Refinement:
         if dropped is not None and statistics_messages.refutes(dropped):
             checked = dropped
         for result in filter(None, (checked, dropped)):
-            bound = credible_bound(part.geometry, result, scene)
+            bound = self._credible_bound(part, result, scene)
             if bound <= target_error:
                 return result, confidence.explain_kept_target(
                     _means(result), bound, target_error
@@ -227,6 +219,27 @@ class Refinement:
             f"job {job.job_id}.",
         )
 
+    def _credible_bound(
+        self, part: KnownPart, message: PoseStatistics, scene: DropScene
+    ) -> float:
+        """The error that a result keeps with 90 % confidence; infinite if unknown."""
+        poses = sorted(message.poses, key=lambda pose: pose.index)
+        counts = tuple(pose.count for pose in poses)
+        is_refuted = statistics_messages.refutes(message)
+        key = message.part_digest, scene, message.method, is_refuted, counts
+        bound = self._bounds.get(key)
+        if bound is None:
+            resting = poses_in(part.geometry, scene)
+            if not message.drops:
+                bound = confidence.estimate_bound(message, resting, scene)
+            else:
+                prior = None
+                if message.method == methods.HYBRID or is_refuted:
+                    prior = confidence.pose_prior(resting, scene)
+                bound = confidence.judge_drops(prior, np.array(counts)).bound
+            self._bounds.put(key, bound)
+        return bound
+
     def _explain_miss(
         self,
         part: KnownPart,
@@ -235,7 +248,7 @@ class Refinement:
         scene: DropScene,
     ) -> str:
         """How far a result is from the target."""
-        bound = credible_bound(part.geometry, message, scene)
+        bound = self._credible_bound(part, message, scene)
         return confidence.explain_missed_target(_means(message), bound, target_error)
 
     def _aim(self, part: KnownPart, target_error: float, scene: DropScene) -> float:
