@@ -18,6 +18,7 @@ from tests.contract.node.harness.client import Client
 from tests.contract.node.harness.parts import flat
 
 from .bare import PREFIX
+from .crowd import crowd
 from .listener import Listener
 from .mesh_to_estimate import CAD_TOPIC, Topics, mesh_to_estimate
 from .services import Known, services
@@ -43,6 +44,8 @@ class Plan:
     meshes, services : Pace
     carried : int
         Triangles of the part that requests carry.
+    crowd_seconds : float
+        Of each call that many clients make.
     """
 
     starts: int = 3
@@ -50,6 +53,7 @@ class Plan:
     meshes: Pace = MESHES_EACH
     services: Pace = CALLS
     carried: int = 10_000
+    crowd_seconds: float = 20.0
 
 
 QUICK = Plan(
@@ -57,6 +61,7 @@ QUICK = Plan(
     triangles=(1000, 10_000),
     meshes=Pace(10, 0.5),
     services=Pace(12, 1.0),
+    crowd_seconds=2.0,
 )
 
 
@@ -93,6 +98,7 @@ def _of_running(client: Client, bare_client: Client, plan: Plan) -> Iterator[Sec
         client.good("estimate", part=flat(body[1:], part_id))
     known = Known(CLAMP, LARGE, carried)
     yield services(client, bare_client, listener, known, plan.services)
+    yield crowd(CLAMP, plan.crowd_seconds)
 
 
 def _clamp() -> Body:
