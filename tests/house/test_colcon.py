@@ -157,6 +157,45 @@ def bare_environment(tmp_path_factory):
 
 
 @pytest.mark.long
+def test_wheel_and_built_messages_are_a_node_that_answers(
+    workspace, bare_environment, tmp_path
+):
+    """The smoke set, with nothing of this checkout; no wheel has messages."""
+    python, packages = bare_environment
+    install = workspace / "install/ros_pose_stats_msgs"
+    (messages,) = install.glob("lib/python3.*/site-packages")
+    environment = {
+        "HOME": os.environ["HOME"],
+        "PATH": os.environ["PATH"],
+        "PYTHONPATH": str(messages),
+        "AMENT_PREFIX_PATH": f"{install}:{sys.prefix}",
+        "LD_LIBRARY_PATH": f"{install}/lib:{os.environ['LD_LIBRARY_PATH']}",
+    }
+
+    def run(*words):
+        outcome = subprocess.run(
+            [python, *words],
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert outcome.returncode == 0, outcome.stdout + outcome.stderr
+        return outcome.stdout
+
+    places = "print(ros_pose_stats.__path__[0], ros_pose_stats_msgs.__path__[0])"
+    imported = run("-c", f"import ros_pose_stats, ros_pose_stats_msgs; {places}")
+    assert imported.split() == [
+        str(packages / "ros_pose_stats"),
+        str(messages / "ros_pose_stats_msgs"),
+    ]
+    smoke = workspace / "src/ros_pose_stats/tests/smoke/test_smoke.py"
+    printed = run("-m", "pytest", "-c", os.devnull, "--rootdir", tmp_path, smoke)
+    assert " passed" in printed and "failed" not in printed
+
+
+@pytest.mark.long
 def test_a_wheel_has_all_that_the_command_needs(bare_environment, tmp_path):
     """Weights, assets of pages, and the type information, too."""
     python, packages = bare_environment
