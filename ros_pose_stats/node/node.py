@@ -31,7 +31,7 @@ REFUSED = 2
 FAILED = 1
 """What the process ends with."""
 
-THREADS = 8
+THREADS = 16  # more than there are services, each of which may keep one waiting
 SWITCH_SECONDS = 0.001  # threads that wait for the interpreter get it this soon
 MENDING_SECONDS = 1.0  # for which a start waits for the bags of earlier runs
 # for which the first client is let wait for parts whose scene is a new one
