@@ -326,7 +326,7 @@ class State:
 
     def _remove_replaced(self) -> None:
         """Remove files that no part has any more; later, where one is being made."""
-        if not self._filing.acquire(blocking=False):
+        if not self._replaced or not self._filing.acquire(blocking=False):
             return
         try:
             for name in self._unused_files():
@@ -346,7 +346,7 @@ class State:
                 if table == "meshes" and row is not None
             }
         with self.in_use, suppress(sqlite3.Error):
-            if names and self._link is not None:
+            if self._link is not None:
                 own = {name for (name,) in tables.rows_of(self._link, "files")}
                 return (names & own) - pending - tables.files_of_meshes(self._link)
         return set()

@@ -53,21 +53,24 @@ def installation():
         yield folder
 
 
-def run(installation, *words):
-    """A Python of that installation, which can keep nothing in a cache."""
-    nowhere = dict.fromkeys(("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME"), os.devnull)
+def run(installation, *words, cache=os.devnull):
+    """A Python of that installation, which can keep nothing, unless in that cache."""
+    caches = {
+        **dict.fromkeys(("XDG_CACHE_HOME", "HOME"), os.devnull),
+        "NUMBA_CACHE_DIR": str(cache),
+    }
     return subprocess.run(
         [sys.executable, *words],
         cwd=installation,
         capture_output=True,
         text=True,
-        env=os.environ | nowhere | {"PYTHONPATH": str(installation)},
+        env=os.environ | caches | {"PYTHONPATH": str(installation)},
     )
 
 
-def places(installation, *cases):
-    """Where a kernel is in each case, beside the installation or nowhere (None)."""
-    outcome = run(installation, "-c", LOOK, json.dumps(cases))
+def places(installation, *cases, **options):
+    """Where a kernel is found in each case; None where it is not."""
+    outcome = run(installation, "-c", LOOK, json.dumps(cases), **options)
     assert outcome.returncode == 0, outcome.stderr
     return outcome.stdout.split()
 
@@ -94,8 +97,10 @@ def test_what_root_has_put_there_is_used_and_nothing_else(installation):
         *((NOBODY, path, 0, 0o777) for path in way),
         (0, str(file), 0, 0o666),
     ]
-    assert places(installation, *used) == [str(store)] * len(used)
-    assert places(installation, *unused) == ["None"] * len(unused)
+    assert places(installation, *used, *unused) == (
+        [str(store)] * len(used) + ["None"] * len(unused)
+    )
+    assert places(ROOT, *used, cache=cache) == [str(store)] * len(used)
 
 
 @pytest.mark.long
