@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 from tests.contract.node.harness.node import NodeProcess
+from tests.contract.node.harness.transports import LOOPBACK
 from tests.golden.answers import without_times
 
 DEMO = ("clamp", "bracket", "prism", "cylinder")
@@ -25,7 +26,7 @@ def analysis_of_bag(folder, checkout):
         "PYTHONPATH": str(checkout),
         "PYTHONWARNINGS": "ignore",
         "ROS_DOMAIN_ID": str(os.getpid() % 100 + 1),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        **LOOPBACK,
     }
     with NodeProcess(runs, environment=environment, folder=checkout) as node:
         node.ready()

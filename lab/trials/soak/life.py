@@ -20,6 +20,7 @@ from shape_msgs.msg import Mesh
 from tests.contract.node.harness.bags import bags_of, files_of, on_topic, raw
 from tests.contract.node.harness.client import CANCELLED, DONE, FAILED, SERVICES, until
 from tests.contract.node.harness.node import NodeProcess
+from tests.contract.node.harness.transports import LOOPBACK
 from tests.contract.node.harness.witness import events, unfinished
 
 from ..cell import Client, domain, status
@@ -30,9 +31,6 @@ PATIENCE = 120.0
 
 ON_ITS_WAY = 0.03
 """Seconds that an answer may still take after the node has died."""
-
-UDP_ONLY = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
-"""Killed processes would leave their shared memory behind."""
 
 TOPICS = {
     "part_mesh": (PartMesh, f"{PREFIX}/part_mesh"),
@@ -48,7 +46,7 @@ class Over(Exception):  # noqa: N818 - no error: it ends a lane
 
 def node_of(bags, clock=None, **values):
     """The node with small bags, so that they are often followed by others."""
-    environment = {**UDP_ONLY, "ROS_DOMAIN_ID": str(domain())}
+    environment = {**LOOPBACK, "ROS_DOMAIN_ID": str(domain())}
     if clock is not None:
         path = os.pathsep.join(filter(None, (CLOCK, os.environ.get("PYTHONPATH"))))
         environment |= {"PYTHONPATH": path, "TRIAL_CLOCK": str(clock)}

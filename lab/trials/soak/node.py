@@ -17,11 +17,12 @@ from statistics import median
 from typing import NamedTuple
 
 from ros_pose_stats import part_from_mesh
+from tests.contract.node.harness.transports import LOOPBACK
 
 from ..cell import MEGABYTE, flat
 from ..frame import Outcome, Setting, trial
 from . import lanes
-from .life import UDP_ONLY, Life, node_of
+from .life import Life, node_of
 from .told import SEVERAL, SURFACES, Told
 
 CALLS = 45_000
@@ -204,7 +205,7 @@ class Soak:
             [sys.executable, "-m", f"{__package__}.peer"],
             text=True,
             stdout=subprocess.PIPE,
-            env={**os.environ, **UDP_ONLY},
+            env={**os.environ, **LOOPBACK},
         ) as peer:
             assert peer.stdout.readline() == "ready\n"
             life.go_on(round(FAULT * self._chance.random()))

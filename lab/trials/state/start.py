@@ -8,10 +8,11 @@ from ros_pose_stats import estimate
 from tests.contract.node.harness import parts
 from tests.contract.node.harness.bags import size_of
 from tests.contract.node.harness.parts import fine_box, flat, library_part
+from tests.contract.node.harness.transports import LOOPBACK
 
 from ..cell import MEGABYTE, Client, domain, forget_peak, status
 from ..frame import Outcome, Setting, judged
-from ..soak.life import UDP_ONLY, NodeProcess
+from ..soak.life import NodeProcess
 
 PARTS = 256
 TOGETHER = 2**30
@@ -38,7 +39,7 @@ def a_start_with_all_parts(setting: Setting) -> Outcome:
             max_parts=PARTS,
             state_file=state / "many.sqlite3",
             max_part_bytes=2**33,
-            environment={**UDP_ONLY, "ROS_DOMAIN_ID": str(domain())},
+            environment={**LOOPBACK, "ROS_DOMAIN_ID": str(domain())},
         )
 
     with Client(domain(), "/many/pose_stats") as client:

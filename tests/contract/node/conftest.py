@@ -7,10 +7,9 @@ from pathlib import Path
 
 import pytest
 
-os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-os.environ["FASTRTPS_DEFAULT_PROFILES_FILE"] = str(
-    Path(__file__).with_name("quick_discovery.xml")
-)
+from .harness.transports import LOOPBACK
+
+os.environ |= LOOPBACK
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"  # before any message is imported
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", DeprecationWarning)  # of a parser that it imports

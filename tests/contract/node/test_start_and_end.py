@@ -33,6 +33,7 @@ from .harness.jobs import LONG, finished, known_part, running_with_results, star
 from .harness.listed import rows
 from .harness.parts import WEDGE, flat, mesh, new_id
 from .harness.slow import builder_at_work, ellipsoid, standing
+from .harness.transports import SHARED_MEMORY
 
 
 @pytest.fixture
@@ -372,10 +373,14 @@ def ended(domain, tmp_path_factory):
     folder = tmp_path_factory.mktemp("bags")
     outcomes = {}
     program = ("-c", PATIENT, "node")
-    with cell_of(domain, folder, "leaving", refine_drops=LONG, program=program) as (
-        node,
-        client,
-    ):
+    with cell_of(
+        domain,
+        folder,
+        "leaving",
+        refine_drops=LONG,
+        program=program,
+        environment=SHARED_MEMORY,
+    ) as (node, client):
         part_id = known_part(client)
         until(lambda: RUNNING in [row.state for row in rows(client)], "a refinement")
         outcomes["running"] = start(client, part_id, LONG, seed=5)
@@ -458,12 +463,14 @@ PUBLISH = "publish", "{wedge}", "--unit", "m"
     ],
 )
 def test_participants_of_commands_end_with_their_processes(
-    cell, tmp_path, words, status
+    cell, tmp_path, monkeypatch, words, status
 ):
     wedge = write_stl(tmp_path / "wedge.stl", WEDGE)
     words = [str(word).format(wedge=wedge) for word in words]
     if "--ros-args" not in words:
         words.append("--ros-args")
+    for name, value in SHARED_MEMORY.items():
+        monkeypatch.setenv(name, value)
     outcome = call_copy(
         f"{ending.__name__}:main", *words, "-r", f"__ns:={ending.LEAVING}"
     )

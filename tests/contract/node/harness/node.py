@@ -28,9 +28,10 @@ def parameters(**values):
 class Running:
     """A program beside the test, which goes on until it is ended."""
 
-    def __init__(self, *command):
+    def __init__(self, *command, environment=None):
         self.process = subprocess.Popen(
             list(map(str, command)),
+            env={**os.environ, **(environment or {})},
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,

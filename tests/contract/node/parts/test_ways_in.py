@@ -23,6 +23,7 @@ from ..harness.client import Client, until
 from ..harness.jobs import known_part
 from ..harness.node import Running
 from ..harness.parts import WEDGE, flat, library_part, mesh, new_id
+from ..harness.transports import SHARED_MEMORY
 
 BOX = shapes.box(20.0, 30.0, 40.0)
 TOPICS = "[/cad/bracket, gear=/cad/wheel, early=/cad/early]"
@@ -53,7 +54,7 @@ def package(tmp_path_factory, clamp):
 @pytest.fixture(scope="module")
 def workshop(domain, tmp_path_factory, clamp, package):
     """A node whose latched publishers were there before it; two in this process, one
-    command.
+    command, with which it shares memory as at a user's.
     """
     with (
         Client(domain, "/workshop/pose_stats") as early,
@@ -72,18 +73,19 @@ def workshop(domain, tmp_path_factory, clamp, package):
             "--ros-args",
             "-r",
             "__ns:=/workshop",
+            environment=SHARED_MEMORY,
         ) as command,
     ):
         MeshPublisher(early, latched=True).publish(flat(WEDGE, "early part"))
         MeshPublisher(early, "/cad/early", Mesh, latched=True).publish(mesh(BOX))
-        output = command.says("")
+        output = command.says("clamp 7: ")
         with cell_of(
             domain,
             tmp_path_factory.mktemp("bags"),
             "workshop",
             mesh_topics=TOPICS,
             mesh_folders=f"[{clamp.parent}]",
-            environment={"AMENT_PREFIX_PATH": str(package.parents[1])},
+            environment={**SHARED_MEMORY, "AMENT_PREFIX_PATH": str(package.parents[1])},
             mesh_unit=0.001,
         ) as (node, client):
             yield client, output
@@ -438,6 +440,7 @@ class TestTheCommand:
         """And prints nothing else, whatever the middleware complains of."""
         part_id = known_part(cell)
         monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", str(tmp_path / "none.xml"))
+        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         with Running(*COMMAND, "show", part_id, "--watch", "--json") as command:
             first = json.loads(command.says(""))
             cell.good("forget_part", part_id=part_id)

@@ -11,8 +11,6 @@ from ..harness.witness import Told, Witness, events, unfinished
 
 KILLS = 8
 NAMESPACE = ("-r", "__ns:=/killed")
-UDP_ONLY = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
-"""A killed process would leave its shared memory behind."""
 
 
 class Killings:
@@ -46,7 +44,6 @@ class Killings:
         node = NodeProcess(
             self.folder,
             *NAMESPACE,
-            environment=UDP_ONLY,
             log_drops=bool(self.chance.randrange(2)),
         )
         try:
