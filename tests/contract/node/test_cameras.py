@@ -142,7 +142,7 @@ def test_a_best_effort_camera_is_heard_and_a_reliable_one_once(node, tuned, mode
     # once.
     until(
         lambda: (
-            (next(polls) % 100 or eager.publish(message))
+            (next(polls) % 20 or eager.publish(message))
             and latched(tuned, model.part_id).counted_parts == 1
         )
     )

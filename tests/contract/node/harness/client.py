@@ -37,6 +37,11 @@ SERVICES = {
 }
 QUEUED, RUNNING, DONE, CANCELLED, FAILED = range(1, 6)
 
+FIRST_PAUSE = 0.005
+LONGEST_PAUSE = 0.08
+"""Seconds between two looks: a look may be a request, which costs as many milliseconds
+as this begins with.
+"""
 
 LASTING_NODES = []
 
@@ -49,11 +54,16 @@ def is_farewell(statistics):
 
 
 def until(condition, thing="it"):
-    """Poll until `condition()` gives something true, and return that."""
+    """Poll until `condition()` gives something true, and return that.
+
+    The longer it takes, the more rarely.
+    """
     end = time.monotonic() + PATIENCE
+    pause = FIRST_PAUSE
     while not (outcome := condition()):
         assert time.monotonic() < end, f"waited in vain for {thing}"
-        time.sleep(0.01)
+        time.sleep(pause)
+        pause = min(1.5 * pause, LONGEST_PAUSE)
     return outcome
 
 
