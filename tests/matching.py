@@ -1,6 +1,8 @@
 """Poses of differently given parts, matched by the direction that points down."""
 
+from array import array
 from collections import Counter
+from functools import cache
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -38,6 +40,11 @@ def group_sizes(surface, tolerance=0.0, **properties):
     return sorted(Counter(pose.group for pose in poses).values())
 
 
+@cache
+def field_names(kind):
+    return tuple(kind.get_fields_and_field_types())
+
+
 def same(first, second):
     """Whether two messages of different classes hold the same values; NaN equals
     NaN.
@@ -45,8 +52,10 @@ def same(first, second):
     if hasattr(second, "get_fields_and_field_types"):
         return all(
             same(getattr(first, name), getattr(second, name))
-            for name in second.get_fields_and_field_types()
+            for name in field_names(type(second))
         )
     if isinstance(second, (bool, int, float, str)):
         return first == second or (first != first and second != second)
+    if isinstance(second, (array, np.ndarray)):
+        return np.array_equal(first, second, equal_nan=True)
     return len(first) == len(second) and all(map(same, first, second))

@@ -143,8 +143,9 @@ def assert_readable_by_others(bag):
     reads.
     """
     expected = raw(bag)
+    by_ros = [message_of(topic, data) for topic, data in expected]
     for read in (by_rosbags, by_mcap_ros2):
         messages = read(bag)
         assert [(topic, data) for topic, data, _ in messages] == expected
-        for topic, data, decoded in messages:
-            assert same(decoded, message_of(topic, data))
+        decoded = [message for _, _, message in messages]
+        assert all(map(same, decoded, by_ros))
