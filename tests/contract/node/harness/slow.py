@@ -2,7 +2,7 @@
 
 import os
 import signal
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
 import numpy as np
 import trimesh
@@ -10,6 +10,7 @@ import trimesh
 from tests.running import about, children
 
 from .client import until
+from .parts import fine_box, flat, new_id
 
 
 def ellipsoid(triangles, length=0.04):
@@ -79,6 +80,18 @@ def standing(pid):
         yield pid
     finally:
         os.kill(pid, signal.SIGCONT)
+
+
+@contextmanager
+def standing_builder(client, pid):
+    """Have the process that builds large parts stand still before it gets one.
+
+    So a mesh may be called slow that takes moments.
+    """
+    client.good("estimate", part=flat(fine_box(6000), new_id()))  # which starts it
+    with ExitStack() as stack:
+        (builder,) = map(stack.enter_context, map(standing, children(pid)))
+        yield builder
 
 
 def kill(pid):
