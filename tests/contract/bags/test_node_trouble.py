@@ -69,7 +69,7 @@ def killed(domain, tmp_path_factory):
         job_id = start(client, answers[0].part_id, 300)
         answers.append(finished(client, job_id).statistics)
         running = analyse_bags(folder).contents
-        request = client.send("estimate", part=flat(ellipsoid(120_000)))
+        request = client.send("estimate", part=flat(ellipsoid(12_000)))
         builder = builder_at_work(node.process.pid)
         assert not request.done()
         node.kill()
@@ -214,7 +214,10 @@ def test_the_oldest_files_go_once_all_bags_are_too_large(killed, domain, tmp_pat
         while any(file.exists() for file in old) or len(answers) < 50:
             answers.append(
                 client.good(
-                    "estimate", part_id=first.part_id, restitution=1e-4 * len(answers)
+                    "estimate",
+                    part_id=first.part_id,
+                    method="csae",
+                    restitution=1e-4 * len(answers),
                 ).statistics
             )
             assert len(answers) < 5000

@@ -36,7 +36,7 @@ from .harness.parts import (
 )
 from .harness.slow import memory
 
-PUBLISHED = 120
+PUBLISHED = 60
 ASKED = 30
 AT_ONCE = 30
 MEGABYTE = 2**20

@@ -128,7 +128,7 @@ class TestFlips:
         goals.send(part_id=part_id, kick_height=3 * KICK, drops=1, seed=5).result()
         unplanned = planned(cell, **fields)
         _, flipped = goals.send(
-            part_id=part_id, kick_height=3 * KICK, drops=3000, seed=5
+            part_id=part_id, kick_height=3 * KICK, drops=10_000 // POSES + 1, seed=5
         ).result()
         answer = planned(cell, **fields)
         goals.close()
@@ -209,9 +209,8 @@ class TestFlips:
         (_, first), *others = [goal.result() for goal in goals]
         assert first.success
         assert any("max_queued_jobs" in result.message for _, result in others)
-        tuned.set(
-            max_queued_jobs=0
-        )  # a question that was accepted needs no further place
+        # A question that was accepted needs no further place.
+        assert tuned.set(max_queued_jobs=0, drops=300) == {}
         planned(
             tuned,
             part_id=part_id,
@@ -314,15 +313,16 @@ class TestPlan:
             **ASKED,
         )
 
-    def test_a_part_of_many_triangles_is_planned_too(self, cell):
+    def test_a_part_of_many_triangles_is_planned_too(self, tuned):
         """In a process of its own."""
+        assert tuned.set(drops=2000) == {}
         surface = WEDGE
         part_id = new_id()
         for _ in range(5):
             surface = trimesh.remesh.subdivide(*surface)
-        cell.good("estimate", part=flat(surface, part_id))
+        tuned.good("estimate", part=flat(surface, part_id))
         answer = planned(
-            cell,
+            tuned,
             part_id=part_id,
             plate_length=0.3,
             plate_width=0.2,

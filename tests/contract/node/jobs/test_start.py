@@ -74,7 +74,7 @@ class TestResults:
         assert counts(statistics.poses) == counts(expected.poses)
 
     def test_so_does_the_time_which_is_said(self, cell):
-        job_id = start(cell, known_part(cell), LONG, seed=5, max_seconds=1.0)
+        job_id = start(cell, known_part(cell), LONG, seed=5, max_seconds=0.3)
         statistics = finished(cell, job_id).statistics
         assert 0 < statistics.drops < LONG
         assert any(warning.code == "TIME_LIMIT" for warning in statistics.warnings)

@@ -153,7 +153,7 @@ def test_parts_that_make_room_go_with_the_reason(tuned, bound):
 
 
 def test_a_subscriber_that_hangs_holds_up_nobody(domain, tuned):
-    parts = [known_part(tuned) for _ in range(20)]
+    parts = [known_part(tuned) for _ in range(8)]
     with subprocess.Popen(
         [
             sys.executable,

@@ -55,7 +55,7 @@ class TestCopies:
 
 
 class TestNewMeshes:
-    def test_fifty_under_one_name_beside_other_parts(
+    def test_twenty_under_one_name_beside_other_parts(
         self, cell, shared_node, publisher
     ):
         """The last one wins, numbers rise, and late joiners get every part's own."""
@@ -71,12 +71,12 @@ class TestNewMeshes:
         with cell.late_joiner() as joiner:
             joiner.wait(swapped)
             publisher.publish(
-                *[flat(scaled(factor), swapped) for factor in np.linspace(2.0, 2.5, 50)]
+                *[flat(scaled(factor), swapped) for factor in np.linspace(2.0, 2.5, 20)]
             )
             joiner.wait(swapped, lambda message: message.part_digest == end)
             results = joiner.of(swapped)
         recorded = recorded_of(shared_node, "pose_statistics", swapped)
-        assert len({message.part_digest for message in recorded}) == 51
+        assert len({message.part_digest for message in recorded}) == 21
         assert all(
             b.revision > a.revision
             for a, b in (*pairwise(results), *pairwise(recorded))
@@ -89,8 +89,8 @@ class TestNewMeshes:
                 )
 
     def test_late_joiners_need_no_more_room_than_there_are_parts(self, tuned):
-        parts = {known_part(tuned) for _ in range(5)}
-        for factor in (2.0, 3.0, 4.0):
+        parts = {known_part(tuned) for _ in range(3)}
+        for factor in (2.0, 4.0):
             for part_id in parts:
                 tuned.good("estimate", part=flat(scaled(factor), part_id))
         heard = {}

@@ -8,7 +8,7 @@ from ..harness.cell import MeshPublisher, cell_of
 from ..harness.client import Client, until
 from ..harness.parts import WEDGE, flat
 
-NAMES = [f"part {number:02}" for number in range(30)]
+NAMES = [f"part {number:02}" for number in range(12)]
 FIELDS = ("part_id", "part_digest", "revision", "method", "expected_error", "final")
 
 
@@ -56,7 +56,7 @@ def early_planner(domain):
 
 @pytest.fixture(scope="module")
 def lists(begin):
-    """What came of thirty parts that were published together."""
+    """What came of twelve parts that were published together."""
     with begin() as (_, client):
         for topic in ("parts", "pose_statistics"):
             name = f"{client.prefix}/{topic}"
@@ -67,7 +67,7 @@ def lists(begin):
         until(lambda: listener.lists, "a list without parts")
         publisher = MeshPublisher(client).matched()
         publisher.publish(*(flat(WEDGE, name) for name in NAMES)).acknowledged()
-        until(lambda: len(listener.newest()) == len(NAMES), "thirty parts in a list")
+        until(lambda: len(listener.newest()) == len(NAMES), "twelve parts in a list")
         assert listener.newest() == current(client)
         client.good("forget_part", part_id=NAMES[0])
         until(lambda: len(listener.newest()) == len(NAMES) - 1, "one part less")

@@ -118,7 +118,7 @@ class TestARequest:
         these do.
         """
         part_id = known_part(tuned)
-        scenes = range(30, 38)
+        scenes = range(30, 35)
         for hundredths in scenes:
             fields = {"part_id": part_id, "restitution": 0.01 * hundredths}
             drops = tuned.good("estimate", **fields).statistics.drops + 1
