@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_pose_stats.core.kernels.drops.evolve import advance_state
-from ros_pose_stats.core.kernels.drops.free_rotation import rotate_freely
 from ros_pose_stats.core.kernels.drops.layout import (
     COLUMNS,
     CONTACT,
@@ -24,8 +22,11 @@ from ros_pose_stats.core.kernels.drops.layout import (
     W,
     Z,
 )
-from ros_pose_stats.core.kernels.drops.series import (
+
+from .helpers import (
+    advance_state,
     free_series,
+    rotate_freely,
     shorten_series,
     sliding_series,
 )

@@ -5,9 +5,9 @@ forces.
 import numpy as np
 import pytest
 
-from ros_pose_stats.core.kernels.drops.impacts import strike_vertex, vertex_velocity
 from ros_pose_stats.core.kernels.vectors import Vec3
 
+from .helpers import strike_vertex, vertex_velocity
 from .motions import (
     SHAPES,
     VELOCITIES,

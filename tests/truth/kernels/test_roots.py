@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given, strategies
 
-from ros_pose_stats.core.kernels.drops.roots import first_zero
+from .helpers import first_zero
 
 BLUR = 1e-14
 HIGHEST = 16  # power of the polynomials

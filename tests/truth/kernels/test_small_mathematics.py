@@ -11,15 +11,17 @@ from hypothesis.extra.numpy import arrays
 
 from lab.bodies.random_polyhedra import logarithms
 from lab.bodies.variants import rotation
-from ros_pose_stats.core.kernels.elementary import (
+from ros_pose_stats.core.kernels.elementary import sines_cosines
+from ros_pose_stats.core.kernels.principal_axes import principal_axes
+
+from .helpers import (
     arctangent,
     exponential,
+    falling_order,
+    rising_order,
     rough_root,
     sine_cosine,
-    sines_cosines,
 )
-from ros_pose_stats.core.kernels.principal_axes import principal_axes
-from ros_pose_stats.core.kernels.sorting import falling_order, rising_order
 
 COUNT = 2000
 ROUNDING = 8.0 * np.finfo(np.float64).eps

@@ -9,11 +9,12 @@ import pytest
 
 from lab.bodies.samples import convex_parts
 from lab.bodies.variants import rotation
-from ros_pose_stats.core.kernels import vectors
 from ros_pose_stats.core.kernels.levels import splits
 from ros_pose_stats.core.kernels.vectors import Vec3
 from ros_pose_stats.core.resting.convex_body import body_of
 from tests.truth.reference.sphere_grid import Shape, areas_below
+
+from . import helpers
 
 PARTS = convex_parts()
 every_body = pytest.mark.parametrize(
@@ -62,7 +63,7 @@ def precise_angle(*corners):
 
 
 def solid_angle(*corners):
-    return vectors.solid_angle(*(Vec3(*corner) for corner in corners))
+    return helpers.solid_angle(*(Vec3(*corner) for corner in corners))
 
 
 @pytest.mark.parametrize("width", [0.3, 1e-2, 1e-6, 1e-9])
@@ -107,11 +108,11 @@ def test_more_than_half_of_the_sphere():
 def test_products_of_vectors_are_numpys():
     a, b = np.random.default_rng(3).standard_normal((2, 3))
     matrix = np.random.default_rng(4).standard_normal((3, 3))
-    assert vectors.cross(Vec3(*a), Vec3(*b)) == pytest.approx(np.cross(a, b), rel=1e-14)
-    assert vectors.dot(Vec3(*a), Vec3(*b)) == pytest.approx(a @ b, rel=1e-14)
-    assert vectors.transform(matrix, Vec3(*a)) == pytest.approx(matrix @ a, rel=1e-14)
-    assert vectors.inverse_of(matrix) @ matrix == pytest.approx(np.eye(3), abs=1e-13)
-    assert vectors.area_vector(
+    assert helpers.cross(Vec3(*a), Vec3(*b)) == pytest.approx(np.cross(a, b), rel=1e-14)
+    assert helpers.dot(Vec3(*a), Vec3(*b)) == pytest.approx(a @ b, rel=1e-14)
+    assert helpers.transform(matrix, Vec3(*a)) == pytest.approx(matrix @ a, rel=1e-14)
+    assert helpers.inverse_of(matrix) @ matrix == pytest.approx(np.eye(3), abs=1e-13)
+    assert helpers.area_vector(
         Vec3(1.0, 1.0, 5.0), Vec3(3.0, 1.0, 5.0), Vec3(1.0, 4.0, 5.0)
     ) == (0.0, 0.0, 3.0)
 
