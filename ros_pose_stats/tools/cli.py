@@ -7,6 +7,7 @@ import pkgutil
 import sys
 import traceback
 from collections.abc import Sequence
+from functools import cache
 from importlib import import_module
 from types import ModuleType
 
@@ -53,8 +54,9 @@ def command_modules() -> list[ModuleType]:
     ]
 
 
+@cache
 def parser() -> CommandParser:
-    """The whole command line."""
+    """The whole command line, made once for all commands of a process."""
     top = CommandParser(
         prog="ros_pose_stats",
         description=(

@@ -1,6 +1,7 @@
 """`completion SHELL`: what Tab completes."""
 
 import argparse
+import copy
 
 from ...base.extras import require_modules
 from .terminal import arguments
@@ -54,8 +55,9 @@ def run(options: argparse.Namespace) -> int:
     require_modules("shtab")
     import shtab
 
-    mark_arguments(options.parser)
-    print(shtab.complete(options.parser, options.shell))
+    command_line = copy.deepcopy(options.parser)
+    mark_arguments(command_line)
+    print(shtab.complete(command_line, options.shell))
     return 0
 
 
