@@ -1,4 +1,4 @@
-.PHONY: setup demo test test-all lint clean
+.PHONY: setup demo test test-all lint style clean
 
 READY := .venv/.ready
 PYTHON ?= python3
@@ -20,8 +20,11 @@ demo: $(READY)
 # Where a worker of a quick run crashes, pytest-xdist 3.8 would wait for it for ever.
 PYTEST := .venv/bin/python -m pytest -n $$(($$(nproc) + 1))
 
-test: lint
-	$(PYTEST) --dist loadfile --no-loadscope-reorder --max-worker-restart 0 -m "not long" tests
+# Types are checked beside the first tests: that takes one core half a minute in a fresh clone.
+test: style
+	.venv/bin/mypy & \
+	$(PYTEST) --dist loadfile --no-loadscope-reorder --max-worker-restart 0 -m "not long" tests \
+	&& wait $$!
 
 test-all: test
 	$(PYTEST) --dist worksteal -m long tests
@@ -29,10 +32,12 @@ test-all: test
 
 CODE := ros_pose_stats tests study lab launch .ci setup.py
 
-lint: $(READY)
+lint: style
+	.venv/bin/mypy
+
+style: $(READY)
 	.venv/bin/ruff check --config .ci/ruff.toml $(CODE)
 	.venv/bin/ruff format --check --config .ci/ruff.toml $(CODE)
-	.venv/bin/mypy
 	.venv/bin/python -m tests.house.weight
 
 clean:
