@@ -24,7 +24,7 @@ REFUSED = {
         bytes(84),  # a binary file without triangles
     ),
 }
-ROCKS = 50
+ROCKS = 30
 PARTS = len(REFUSED) + ROCKS + 5
 ASKED = (
     "catalogue",

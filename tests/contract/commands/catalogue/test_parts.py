@@ -44,16 +44,37 @@ def test_guessed_units_are_counted_in_one_line(tmp_path):
     assert "UNIT_GUESSED" not in page
 
 
-def test_bodies_that_stand_apart_have_a_note_or_a_reason(tmp_path):
-    """Equal ones are one part; which of different ones is meant nobody says."""
+@pytest.fixture(scope="module")
+def odd(tmp_path_factory):
+    """A catalogue of bodies that stand apart, and of files that share names.
+
+    Beside one of a name as long as can be, whose report has a shorter one.
+    """
+    folder = tmp_path_factory.mktemp("odd")
+    (folder / "out" / "reports").mkdir(parents=True)
     vertices, triangles = shapes.box(1.0, 2.0, 3.0)
     pair = np.vstack((triangles, triangles + len(vertices)))
     for name, scale in (("equal.stl", 1.0), ("unlike.stl", 2.0)):
         beside = scale * vertices + np.array([20.0, 0.0, 0.0])
-        write_stl(tmp_path / name, (np.vstack((vertices, beside)), pair))
-    folder = tmp_path / "out"
-    answer("catalogue", tmp_path, "--unit", "mm", "-o", folder, "--workers", 1)
-    equal, unlike = rows_of(folder)
+        write_stl(folder / name, (np.vstack((vertices, beside)), pair))
+    write_stl(folder / f"{'n' * 251}.stl", shapes.box(10.0, 20.0, 30.0))
+    for name, size in (("box.STL", 1.0), ("box.stl", 10.0)):
+        write_stl(folder / name, shapes.box(size, size, 3.0 * size))
+    turn = (0.6, -0.8, 0.0), (0.8, 0.6, 0.0), (0.0, 0.0, 1.0)
+    write_stl(folder / "cube.STL", shapes.box(10.0, 10.0, 10.0))
+    write_stl(folder / "cube.stl", moved(shapes.box(10.0, 10.0, 10.0), turn))
+    outcome = call(
+        "catalogue", folder, "--unit", "mm", "-o", folder / "out", "--workers", 1
+    )
+    assert outcome.returncode == 0, outcome.stderr
+    return outcome.stdout, folder / "out"
+
+
+def test_bodies_that_stand_apart_have_a_note_or_a_reason(odd):
+    """Equal ones are one part; which of different ones is meant nobody says."""
+    rows = {Path(row["file"]).name: row for row in rows_of(odd[1])}
+    equal = rows["equal.stl"]
+    unlike = rows["unlike.stl"]
     assert (equal["refusal"], equal["warnings"], equal["triangles"]) == ("", "", "12")
     assert equal["notes"].startswith("BODIES_APART: the mesh has 2 equal bodies")
     assert unlike["best_share"] == unlike["notes"] == ""
@@ -112,24 +133,10 @@ def test_drops_keep_the_target_whatever_the_workers(tmp_path):
     assert tables(tmp_path / "1") == tables(tmp_path / "3")
 
 
-def test_files_of_one_name_and_another_size_are_named_however_turned(tmp_path):
-    """Beside one of a name as long as can be, whose report has a shorter one."""
-    (tmp_path / "out" / "reports").mkdir(parents=True)
-    write_stl(tmp_path / f"{'n' * 251}.stl", shapes.box(10.0, 20.0, 30.0))
-    for name, size in (("box.STL", 1.0), ("box.stl", 10.0)):
-        write_stl(tmp_path / name, shapes.box(size, size, 3.0 * size))
-    turn = (0.6, -0.8, 0.0), (0.8, 0.6, 0.0), (0.0, 0.0, 1.0)
-    write_stl(tmp_path / "cube.STL", shapes.box(10.0, 10.0, 10.0))
-    write_stl(tmp_path / "cube.stl", moved(shapes.box(10.0, 10.0, 10.0), turn))
-    outcome = call(
-        "catalogue", tmp_path, "--unit", "mm", "-o", tmp_path / "out", "--workers", 1
-    )
+def test_files_of_one_name_and_another_size_are_named_however_turned(odd):
+    printed, folder = odd
     assert re.search(
-        r"unit of \S*/box.stl: it is 30 mm long, \S*/box.STL 3 mm", outcome.stdout
+        r"unit of \S*/box.stl: it is 30 mm long, \S*/box.STL 3 mm", printed
     )
-    page = (tmp_path / "out" / "index.html").read_text()
-    assert (
-        outcome.stdout.count("check the unit of")
-        == page.count("Check the unit of")
-        == 1
-    )
+    page = (folder / "index.html").read_text()
+    assert printed.count("check the unit of") == page.count("Check the unit of") == 1
