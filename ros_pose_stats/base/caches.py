@@ -90,7 +90,7 @@ def refuse_untrusted(folder: Path) -> None:
     cache = folder.parent
     for path in {*cache.absolute().parents, *Path(os.path.realpath(cache)).parents}:
         for status in (path.lstat(), path.stat()):
-            # Where the sticky bit is set, as in /tmp, others cannot rename what is mine.
+            # Where the sticky bit is set, as in /tmp, others rename what is theirs.
             is_open = status.st_mode & OTHERS and not status.st_mode & stat.S_ISVTX
             if status.st_uid not in (0, os.getuid()) or (
                 is_open and not stat.S_ISLNK(status.st_mode)

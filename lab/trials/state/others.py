@@ -39,7 +39,7 @@ class FilesOfOthers:
         return len(self._paths)
 
     def _picture(self):
-        """What a change would show in: content, age and identity, None if it is gone."""
+        """What a change would show in: content, age, identity; None if it is gone."""
         return {
             path: (
                 path.readlink() if path.is_symlink() else path.read_bytes(),

@@ -23,8 +23,8 @@ def register(commands: arguments.Commands) -> None:
     command.add_argument(
         "--system",
         action="store_true",
-        help="keep it beside the installation, for all users of it, as in an image that "
-        "is built as root or on a system that can only be read",
+        help="keep it beside the installation, for all users of it, as in an image "
+        "that is built as root or on a system that can only be read",
     )
 
 
