@@ -1,7 +1,5 @@
 """The paper's study done again, from a checkout: `python -m study KIND`."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

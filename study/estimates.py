@@ -1,7 +1,5 @@
 """Estimates of the bodies of a dataset by every estimator, and their errors."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Numbers of the paper, which the tables compare with ours."""
 
-from __future__ import annotations
-
 from typing import Final
 
 DROPS: Final = 100

@@ -1,7 +1,5 @@
 """Speed of the numeric core: `python -m lab.benchmarks.core [--quick] [--write]`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

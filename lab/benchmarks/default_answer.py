@@ -7,8 +7,6 @@ many drops.
 The page names no files, only how many there are.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace

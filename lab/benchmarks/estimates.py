@@ -2,8 +2,6 @@
 polyhedra.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import trimesh

@@ -1,7 +1,5 @@
 """Mesh and STEP files of one's own, and the parts in them."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The command line that benchmarks share, and the pages that they write."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace

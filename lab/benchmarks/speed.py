@@ -5,8 +5,6 @@ benchmarks.
 anything. Every benchmark that stores its results writes the page too.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterable, Sequence

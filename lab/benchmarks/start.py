@@ -1,7 +1,5 @@
 """Time of whole processes: `python -m lab.benchmarks.start [--runs N] [--write]`."""
 
-from __future__ import annotations
-
 import os
 import resource
 import subprocess

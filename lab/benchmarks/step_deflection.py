@@ -6,8 +6,6 @@ The deflection is how far a mesh may be from its curves, as a fraction of each e
 each is compared with the finest.
 """
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 from typing import NamedTuple

@@ -5,8 +5,6 @@ millimetres, the surface is closed and outward, circles are cut into 24 to 128 s
 files have them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

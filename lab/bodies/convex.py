@@ -1,7 +1,5 @@
 """Random bodies of each family."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Bodies to measure, each made from its seed alone."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import count, product
 from typing import NamedTuple

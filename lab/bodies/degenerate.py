@@ -4,8 +4,6 @@ changed.
 Each maker takes a random generator and gives vertices and triangles.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 

@@ -1,7 +1,5 @@
 """Budden's dice, fifteen square prisms rolled by a class."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import NamedTuple
 

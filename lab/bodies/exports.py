@@ -4,8 +4,6 @@ float32.
 A surface is a pair of vertices (V, 3) and outward triangles (T, 3).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from . import shapes

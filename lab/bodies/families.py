@@ -1,7 +1,5 @@
 """Families of bodies for fitting and judging estimators, each an endless series."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import count
 

@@ -5,8 +5,6 @@ Every function draws one body from a generator of random numbers. Lengths are in
 of the part; only their ratios matter.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -5,8 +5,6 @@ Lengths are in units of the part; only their ratios matter. Their arcs are those
 file, not of whole circles, so that poses on them are the facets of an arc.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

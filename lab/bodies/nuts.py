@@ -5,8 +5,6 @@ that tilts over its end rocks on that arc. Lengths are in units of the part; onl
 ratios matter.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

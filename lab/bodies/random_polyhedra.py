@@ -7,8 +7,6 @@ Philox, whose stream numpy keeps; its distributions are not promised to stay, an
 library's logarithm rounds differently on other processors.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

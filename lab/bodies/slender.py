@@ -3,8 +3,6 @@
 Lengths are in units of the part; only their ratios matter.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Meshes that are slow to check."""
 
-from __future__ import annotations
-
 import numpy as np
 import trimesh
 

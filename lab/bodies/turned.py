@@ -4,8 +4,6 @@ Lengths are in units of the part; only their ratios matter. Files cut circles in
 200 sides, which drops and estimates take for circles.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

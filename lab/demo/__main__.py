@@ -4,8 +4,6 @@ Run through `make demo`. The node, the publisher, and in the end a planner and a
 are processes of their own, as in a feeder cell.
 """
 
-from __future__ import annotations
-
 import math
 import subprocess
 import sys

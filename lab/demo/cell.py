@@ -1,7 +1,5 @@
 """Processes that end with the demo, how it waits, and a client of the node."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import signal

@@ -1,7 +1,5 @@
 """How a node learns a plate: probabilities over the parts that a camera saw."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

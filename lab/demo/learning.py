@@ -1,7 +1,5 @@
 """The end of the demo: a planner, and a camera over an unexpected plate."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 

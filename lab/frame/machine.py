@@ -1,7 +1,5 @@
 """The machine that something is measured on."""
 
-from __future__ import annotations
-
 import os
 import platform
 from datetime import date

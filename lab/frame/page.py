@@ -1,7 +1,5 @@
 """Pages of `docs/measured` from the results that programs have stored."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path

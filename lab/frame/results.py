@@ -1,7 +1,5 @@
 """Results of a benchmark: sections of rows, and their JSON."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterator

@@ -2,8 +2,6 @@
 alike.
 """
 
-from __future__ import annotations
-
 import gc
 import time
 from collections.abc import Callable, Sequence

@@ -7,8 +7,6 @@ datasets and of bodies of other families, where the estimates are all that is kn
 before the drops.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Estimates and counts of bodies, to which the prior of `hybrid` is fitted."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from itertools import groupby
 from typing import NamedTuple

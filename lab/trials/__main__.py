@@ -6,8 +6,6 @@ From size 1 on times are judged, so that one program follows the other. Exit sta
 where a promise was broken.
 """
 
-from __future__ import annotations
-
 import argparse
 import subprocess
 import sys

@@ -7,8 +7,6 @@ libraries, tracebacks and other statuses than 0 and 2 are printed here, and make
 status 1. Drops are few, for the answers are not looked at.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

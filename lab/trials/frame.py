@@ -6,8 +6,6 @@ A trial tries something many times and says which promises were broken. The page
 `--write`.
 """
 
-from __future__ import annotations
-
 import argparse
 import tempfile
 import time

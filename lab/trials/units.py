@@ -6,8 +6,6 @@ Each is a flight of five stairs, 1 mm to 1 m long, whose lengths are multiples o
 that people draw in; so its unit is known.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Other software on the chart: `trimesh.poses`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from functools import partial
 from statistics import median

@@ -1,7 +1,5 @@
 """Makes the pieces of a dataset on a dask.distributed cluster."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator, Sequence
 
 from ros_pose_stats.tools.batch.cluster import (

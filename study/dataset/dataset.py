@@ -1,7 +1,5 @@
 """A dataset in memory: bodies, their stable poses, and the drops that ended in each."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Makes a dataset piece by piece, on this machine's cores or on a cluster's."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """Counts of the poses of many bodies, with which estimators are compared."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -2,8 +2,6 @@
 ones.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import cycle
 from textwrap import fill

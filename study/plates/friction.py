@@ -7,8 +7,6 @@ and the restitution is that of energy (Stronge, Impact Mechanics, 2000). A drop 
 once its energy is too small to leave the face that it is about to lie on.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The study of fitted plates as a text and as a page."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """How far methods are from the dice that Budden rolled."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """Square prisms by every estimator and by drop simulation."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Changes of a probability along a walk: slopes, and jumps found by halving."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """What each walk of the stability study teaches, in words."""
 
-from __future__ import annotations
-
 from typing import Final
 
 LESSONS: Final = {

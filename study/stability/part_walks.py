@@ -2,8 +2,6 @@
 nudge.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from lab.bodies.shapes import cylinder, ellipsoid_points, hull_mesh

@@ -1,7 +1,5 @@
 """A walk: bodies or scenes along one parameter, and what of their poses is watched."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The walks: bodies and scenes that go through one known trouble each, step by step."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """The comparison of every estimator with a dataset."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor

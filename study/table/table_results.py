@@ -1,7 +1,5 @@
 """Results of the comparison of the estimators with a dataset."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """The table of one dataset as Markdown."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from lab.frame.documents import markdown_table, points, with_error

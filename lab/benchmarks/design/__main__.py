@@ -3,8 +3,6 @@
 `--each`: parts of each family, beside the demo parts.
 """
 
-from __future__ import annotations
-
 from ..program import benchmark_parser, run_benchmark
 from .sections import PAGE, derivatives
 

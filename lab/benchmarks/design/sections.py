@@ -1,7 +1,5 @@
 """The table of docs/measured/design.md: estimated changes beside dropped ones."""
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Sequence

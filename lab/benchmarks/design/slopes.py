@@ -1,7 +1,5 @@
 """Estimated against dropped changes of the wanted share, one feature at a time."""
 
-from __future__ import annotations
-
 import time
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A body prepared for drops, for measurements of the kernel itself."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import count, islice
 from typing import NamedTuple

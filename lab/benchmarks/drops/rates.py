@@ -2,8 +2,6 @@
 vertices.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from itertools import count

@@ -1,7 +1,5 @@
 """Drop simulations for the other measurements."""
 
-from __future__ import annotations
-
 from contextlib import contextmanager
 from itertools import count
 

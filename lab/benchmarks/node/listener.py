@@ -1,7 +1,5 @@
 """Hears of latched results as bytes: it takes little time itself."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 

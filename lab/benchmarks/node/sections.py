@@ -1,7 +1,5 @@
 """All measurements of the node, section after section."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import version

@@ -1,7 +1,5 @@
 """Least, median and 99th percentile of times."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from statistics import median

@@ -1,7 +1,5 @@
 """The node and the bare process beside it: what surrounds them, their start and end."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 import time

@@ -4,8 +4,6 @@ bodies.
 .venv/bin/python -m lab.training.expected_errors [--methods NAME ...] [--write]
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 
 from lab.benchmarks.program import benchmark_parser, run_benchmark

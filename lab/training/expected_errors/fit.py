@@ -8,8 +8,6 @@ noise of the drops. How much parts of which the same is expected scatter beyond 
 one number a method, fitted with the means as they are.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from pathlib import Path

@@ -9,8 +9,6 @@ python -m lab.training.split hold --families NAME ...
 `python -m lab.training.expected_errors` judges it on bodies that the fit has not seen.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

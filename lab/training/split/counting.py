@@ -3,8 +3,6 @@
 What was counted of the families before is there after an interruption.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """Gradient of the loss of the split estimator over many samples."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

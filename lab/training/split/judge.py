@@ -1,7 +1,5 @@
 """Errors of split on families of bodies that a fit has not seen."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

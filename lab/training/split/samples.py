@@ -1,7 +1,5 @@
 """Counted drops of the bodies that the split estimator is fitted to and judged by."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple

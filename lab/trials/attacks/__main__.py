@@ -1,7 +1,5 @@
 """Command line of the attacks."""
 
-from __future__ import annotations
-
 from ..frame import program, trial
 from . import ending, fairness, files, memory, reading
 

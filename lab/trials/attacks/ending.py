@@ -1,7 +1,5 @@
 """Signals, clocks, floods of counts, and disks that fill."""
 
-from __future__ import annotations
-
 import signal
 import time
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What others wait for beside one client's trouble."""
 
-from __future__ import annotations
-
 import itertools
 import signal
 import subprocess

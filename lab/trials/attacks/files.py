@@ -1,7 +1,5 @@
 """Pipes, devices and bombs of YAML in the place of plates, and times that are none."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

@@ -1,7 +1,5 @@
 """Memory by large parts, refused goals, requests that wait, and floods of meshes."""
 
-from __future__ import annotations
-
 from lab.bodies.slow import ROUND
 from tests.contract.node.harness.bags import on_topic, raw_of
 from tests.contract.node.harness.client import wait_for

@@ -1,7 +1,5 @@
 """Small files that stand for far too much, in every format that is read."""
 
-from __future__ import annotations
-
 import random
 import resource
 import time

@@ -5,8 +5,6 @@ Each maker takes a random generator and gives what is handed over as vertices an
 triangles.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

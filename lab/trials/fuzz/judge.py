@@ -4,8 +4,6 @@ Each check yields what is wrong, a line each; nothing where all is well. Equilib
 faces are looked at through `resting_poses`.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from typing import Any

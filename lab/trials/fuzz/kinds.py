@@ -1,7 +1,5 @@
 """Kinds of inputs of `part_from_mesh`, each input made from its seed alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, Literal, NamedTuple
 from zlib import crc32

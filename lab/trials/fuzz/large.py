@@ -1,7 +1,5 @@
 """Large inputs that are bad on purpose, each in a process that may end."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

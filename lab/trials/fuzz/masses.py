@@ -4,8 +4,6 @@ Each maker takes a random generator and gives the options of `part_from_mesh`, f
 body with the given hull.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@ it.
 As it is given, without round sides: those are laid by the file's own corners.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 

@@ -4,8 +4,6 @@ not at all.
 Each maker takes a random generator and gives vertices and triangles.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from lab.bodies import shapes

@@ -1,7 +1,5 @@
 """Command line of the soak: drops of many bodies, and a busy node under faults."""
 
-from __future__ import annotations
-
 from ..frame import program, trial
 from .drops import many_drops
 from .node import Soak

@@ -1,7 +1,5 @@
 """Drops of many bodies, all judged one by one."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from lab.bodies import shapes

@@ -2,8 +2,6 @@
 over.
 """
 
-from __future__ import annotations
-
 from itertools import count
 
 import numpy as np

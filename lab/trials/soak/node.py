@@ -2,8 +2,6 @@
 die.
 """
 
-from __future__ import annotations
-
 import atexit
 import os
 import resource

@@ -1,7 +1,5 @@
 """A client that is always in the middle of a call, to be killed there."""
 
-from __future__ import annotations
-
 import os
 
 from rclpy.action import ActionClient

@@ -1,7 +1,5 @@
 """What clients were told, beside the library and beside the bags."""
 
-from __future__ import annotations
-
 import threading
 from collections import Counter, defaultdict
 from functools import cache

@@ -1,7 +1,5 @@
 """Command line of the trials of the state."""
 
-from __future__ import annotations
-
 from ..frame import program, trial
 from . import damage, kills, owners, start
 

@@ -1,7 +1,5 @@
 """State files that are cut, or of which a byte has changed."""
 
-from __future__ import annotations
-
 import random
 import shutil
 

@@ -2,8 +2,6 @@
 has.
 """
 
-from __future__ import annotations
-
 import time
 from collections import Counter, defaultdict
 

@@ -1,7 +1,5 @@
 """A state as a killed node has left it, and what a node on a copy of it shows."""
 
-from __future__ import annotations
-
 import atexit
 import shutil
 import tempfile

@@ -1,7 +1,5 @@
 """Files of other people beside a state, as somebody may put them there."""
 
-from __future__ import annotations
-
 import hashlib
 import sqlite3
 from contextlib import closing

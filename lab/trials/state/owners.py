@@ -2,8 +2,6 @@
 read only.
 """
 
-from __future__ import annotations
-
 import fcntl
 import json
 import shutil

@@ -1,7 +1,5 @@
 """A start with as many parts as a node may know."""
 
-from __future__ import annotations
-
 import time
 
 from ros_pose_stats import estimate

@@ -1,7 +1,5 @@
 """Lanes of clients whose acknowledgements are remembered in a ledger."""
 
-from __future__ import annotations
-
 from itertools import count
 
 from tests.contract.node.harness.camera import counted as count_message

@@ -1,7 +1,5 @@
 """The chart of speed against accuracy, on two logarithmic axes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

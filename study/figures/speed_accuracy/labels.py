@@ -1,7 +1,5 @@
 """Names in a panel of the chart, each at the place where it covers the least."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

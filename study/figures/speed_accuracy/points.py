@@ -1,7 +1,5 @@
 """Points, panels and kinds of the chart, their checks, and the Pareto front."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

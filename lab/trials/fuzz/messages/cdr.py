@@ -1,7 +1,5 @@
 """Messages as CDR in either byte order; rclpy writes the machine's own only."""
 
-from __future__ import annotations
-
 import re
 import struct
 from typing import Any

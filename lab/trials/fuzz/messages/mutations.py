@@ -1,7 +1,5 @@
 """Serialised messages that are not quite right, the same ones for the same seed."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator
 from random import Random

@@ -7,8 +7,6 @@ which is good for nothing else, the requests' types get the serialiser of a mess
 plain numbers, which says nothing of its own and lets any bytes through.
 """
 
-from __future__ import annotations
-
 import ctypes
 import struct
 import sys

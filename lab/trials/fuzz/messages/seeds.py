@@ -2,8 +2,6 @@
 fields.
 """
 
-from __future__ import annotations
-
 from array import array
 from importlib import import_module
 from random import Random
