@@ -21,6 +21,7 @@ from ..records.shares import with_shares
 from ..resting.poses import RestingPoses
 from ..statistics import errors, fitted_prior
 from ..statistics.chi_square import goodness_of_fit
+from ..statistics.model_gap import USUAL_ERRORS, Forecast, share_errors
 from ..statistics.prior import FALSE_ALARM_CHANCE, PosePrior, PriorFit, prior_fit
 
 STRANGE_CHANCE = 0.08
@@ -163,8 +164,9 @@ def observe_counts(
     warning. `expected_error` and `plate_error` both are the error against
     the plate, and `model_gap` is what lies between the prediction and the shares that
     were counted. A gap that is neither chance nor the model's own error has the note
-    `MODEL_GAP`, unless the counts refute the model. Without any count, the model
-    itself. Raises RequestError if there are not P counts from 0 up.
+    `MODEL_GAP`, unless the counts refute the model; on a plate that was fitted one of
+    more than twice its error. Without any count, the model itself. Raises RequestError
+    if there are not P counts from 0 up.
     """
     poses = list(model.by_index.values())
     pose_counts = np.asarray(counts)
@@ -209,6 +211,7 @@ def observe_counts(
     )
     prior = plate_prior(prediction, unit)
     refuted = np.flatnonzero(prior.contradicted_poses(pose_counts))
+    forecast = _forecast(prediction, is_fitted=has_plate_shares)
     if refuted.size:
         conflict = describe_conflict(
             prior,
@@ -216,12 +219,20 @@ def observe_counts(
             refuted,
             "the cell contradicts the model",
             "predicted",
-            "the answer is that of the counts",
+            "; ".join(
+                [
+                    *forecast.describe_unreported(pose_counts),
+                    "the answer is that of the counts",
+                ]
+            ),
         )
         warnings = (*warnings, conflict)
         prior = plate_prior(replace(prediction, expected_error=math.nan), unit)
-    elif not has_plate_shares:
-        warnings = (*warnings, *_gap_notes(prediction, unit, pose_counts, gap))
+    elif not has_plate_shares or gap > USUAL_ERRORS * model.plate_error:
+        words = forecast.describe_gap(pose_counts)
+        if words:
+            text_of_gap = f"{words}; the answer has learnt from the counts."
+            warnings = (*warnings, note("MODEL_GAP", text_of_gap))
     shares = prior.update(pose_counts).shares(pose_counts)
     return with_shares(
         model,
@@ -248,28 +259,31 @@ def _inequality_note(indices: list[int], shares: Array) -> Note:
     )
 
 
-def _gap_notes(
-    prediction: PoseStatistics, unit: Sequence[int], counts: Index, gap: float
-) -> list[Note]:
-    """One where counts (P,) are farther from a model than chance and its own error."""
-    prior = PosePrior(
-        [pose.probability for pose in prediction.poses],
-        unit,
-        prediction.expected_error,
-        prediction.restitution,
-    )
-    doubted = np.flatnonzero(prior.contradicted_poses(counts))
-    if not doubted.size:
-        return []
-    return [
-        note(
-            "MODEL_GAP",
-            f"what the cell counted is {points(gap)} from the model (root mean square "
-            "over the poses), beyond chance and the model's own error, "
-            f"{describe_extreme(prior, counts, doubted, 'predicted')}; the answer has "
-            "learnt from the counts.",
+def _forecast(prediction: PoseStatistics, *, is_fitted: bool) -> Forecast:
+    """What a prediction says of counts; the fit of a plate errs by the plate's error.
+
+    `is_fitted`: whether it is what the fit says.
+    """
+    poses = list(prediction.by_index.values())
+    probability = np.array([pose.probability for pose in poses])
+    errors_of_poses: Array = np.zeros(len(poses))
+    drop_counts = None
+    if not is_fitted:
+        errors_of_poses = share_errors(
+            probability,
+            np.array([pose.standard_error for pose in poses]),
+            prediction.expected_error,
         )
-    ]
+        if prediction.method == methods.SIMULATION:
+            drop_counts = np.array([pose.count for pose in poses])
+    return Forecast(
+        probability,
+        errors_of_poses,
+        prediction.plate_error,
+        drop_counts,
+        np.array([pose.group for pose in poses]),
+        np.arange(len(poses)),
+    )
 
 
 def find_unequal_groups(

@@ -174,17 +174,15 @@ def _compare(prediction: Prediction, counts: Index, poses: PoseTable) -> Compari
     share = _shares(counts)
     differences = np.abs(prediction.probability - share)
     are_known = bool(np.isfinite(differences).all())
-    groups = np.unique(poses.group, return_inverse=True)[1]
-    by_pose = _test(prediction, counts, np.arange(counts.size), groups)
-    by_group = _test(prediction, counts, groups, np.arange(counts.size))
+    forecast = prediction.forecast(poses)
     return Comparison(
         prediction,
         share,
         errors.root_mean_square(differences),
         float(differences.max()),
         int(poses.index[differences.argmax()]) if are_known else -1,
-        by_pose,
-        by_group,
+        forecast.test_by_pose(counts),
+        forecast.test_by_group(counts),
         int(counts[prediction.probability == 0.0].sum()),
     )
 
@@ -192,25 +190,6 @@ def _compare(prediction: Prediction, counts: Index, poses: PoseTable) -> Compari
 def _shares(counts: Index) -> Array:
     total = counts.sum()
     return counts / total if total else np.full(counts.shape, math.nan)
-
-
-def _test(
-    prediction: Prediction, counts: Index, bins: Index, unit: Index
-) -> chi_square.ChiSquare:
-    """Counts in bins against a prediction, whose scatter bins of a unit share."""
-    observed = np.bincount(bins, counts)
-    if prediction.counted:
-        return chi_square.homogeneity(observed, np.bincount(bins, prediction.count))
-    probability = np.nan_to_num(np.bincount(bins, prediction.probability))
-    if not probability.sum() > 0.0:
-        # Nothing was predicted.
-        return chi_square.goodness_of_fit(np.zeros(1), np.ones(1))
-    return chi_square.goodness_of_fit(
-        observed,
-        probability,
-        np.bincount(bins, prediction.errors),
-        unit[: observed.size],
-    )
 
 
 def _simulation_comparisons(history: ResultHistory) -> Iterator[SimulationComparison]:

@@ -14,6 +14,7 @@ from ...core.records.notes import Note, notes_of
 from ...core.records.poses import POSE_FIELDS
 from ...core.records.scene import Numbering, describe_scene
 from ...core.records.statistics import STATISTICS_FIELDS
+from ...core.statistics.model_gap import Forecast, share_errors
 from ...node.recording.decoding import SECOND, fingerprint
 
 
@@ -73,14 +74,15 @@ class Prediction:
         """Whether the probabilities are counts of drops, with an error of their own."""
         return self.method == SIMULATION and bool(self.count.any())
 
-    @property
-    def errors(self) -> Array:
-        """Standard errors (K,), else from the expected error; NaN without that."""
-        spread = self.probability * (1.0 - self.probability)
-        if np.isfinite(self.standard_error).all() or not spread.sum() > 0.0:
-            return self.standard_error
-        return np.asarray(
-            self.expected_error * np.sqrt(spread * spread.size / spread.sum())
+    def forecast(self, poses: PoseTable) -> Forecast:
+        """What it says of counts in these poses."""
+        return Forecast(
+            self.probability,
+            share_errors(self.probability, self.standard_error, self.expected_error),
+            self.plate_error,
+            self.count if self.counted else None,
+            poses.group,
+            poses.index,
         )
 
     def knows_more_than(self, other: "Prediction") -> bool:

@@ -16,6 +16,8 @@ from geometry_msgs.msg import Pose, Quaternion
 from rclpy.qos import qos_profile_sensor_data
 from ros_pose_stats_msgs.msg import ObservedParts
 
+from tests.running import answer
+
 from .harness.bags import on_topic, raw_of, recorded
 from .harness.camera import counted, counting, learnt, lying, picture, seeing
 from .harness.cell import Health, latched
@@ -270,11 +272,31 @@ def test_counts_sharpen_what_is_latched(tuned, model):
     fed = planned(
         tuned, part_id=model.part_id, wanted=[result], dropped_per_minute=60.0
     )
-    assert fed.message == "From 310 parts seen (observed)."
+    assert fed.message.endswith(" From 310 parts seen (observed).")
     estimated = tuned.good("estimate", part_id=model.part_id).statistics
     assert estimated.counted_parts == 0 and probabilities(
         estimated.poses
     ) == probabilities(model.poses)
+
+
+def test_node_and_bag_say_the_same_of_a_cell_that_is_far_from_the_model(
+    node, tuned, model
+):
+    """Twelve points too many in one pose, of two thousand parts."""
+    shares = np.array([pose.probability for pose in model.poses])
+    seen = np.round(2000 * shares).astype(int)
+    seen[0] += 240
+    seen[1] -= 240
+    counting(tuned).publish(counted(model, seen.tolist()))
+    later = learnt(tuned, model.part_id, seen.sum())
+    (note,) = (note for note in later.warnings if note.code == "MODEL_GAP")
+    assert "where a plate usually is 5 points off" not in note.text
+    assert note.text.startswith(
+        f"what the cell counted is {100 * later.model_gap:.2g} "
+    )
+    sentence = note.text.removesuffix("; the answer has learnt from the counts.")
+    text = " ".join(answer("bag", node.log_directory).split())
+    assert f": {sentence}" in text
 
 
 def test_a_message_counts_once_however_often_it_comes(node, tuned, model):

@@ -11,12 +11,12 @@ from ....base import text
 from ....base.text import Column, columns, interval, percent, several, utc
 from ....core.records import Array, Index
 from ....core.statistics import chi_square, errors
+from ....core.statistics.model_gap import BEYOND_CHANCE
 from ...bags import camera_counts, comparisons, results
 
 LabelledShares = tuple[str, Array]  # the label of a prediction, and its shares
 
 WITHIN_CHANCE = 0.05
-BEYOND_CHANCE = 0.001
 
 
 def wrapped(line: str, indent: str = "") -> list[str]:
@@ -80,6 +80,10 @@ def count_lines(comparison: comparisons.CountComparison) -> Iterator[str]:
     yield from _counted_shares(comparison, history, labels)
     yield ""
     yield from _test_lines(comparison.predictions, labels)
+    for prediction in history.foretold:
+        gap = prediction.forecast(history.poses).describe_gap(comparison.count)
+        if gap:
+            yield from wrapped(f"note: {labels[prediction]}: {gap}", "  ")
     for remark in comparison.remarks:
         yield from wrapped(f"note: {remark}", "  ")
     error = history.leading.plate_error
