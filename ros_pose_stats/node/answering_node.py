@@ -93,6 +93,7 @@ class AnsweringNode(Node):
             callback_group=callback_groups.MutuallyExclusiveCallbackGroup(),
         )
         send = self._sender_of(service)
+        full_name = service.service_name
         log = self.get_logger()
 
         def answer(request: Any, header: Any) -> Steps[None]:
@@ -101,7 +102,7 @@ class AnsweringNode(Node):
             yield from answer_request(callback, log.error, request, response)
             milliseconds = 1000.0 * (time.monotonic() - begin)
             log.debug(
-                f"{service.service_name}: answered after {milliseconds:.1f} ms: "
+                f"{full_name}: answered after {milliseconds:.1f} ms: "
                 f"{response.message or 'done'}"
             )
             send(response, header)
@@ -113,6 +114,7 @@ class AnsweringNode(Node):
         """What has threads send the answers of a service to those who asked."""
         threads = ThreadPoolExecutor(SENDERS)
         room = threading.Semaphore(MOST_UNSENT)
+        full_name = service.service_name
         log = logging.get_logger(self.get_logger().name)  # with minutes of its own
 
         def send(response: Any, header: Any) -> None:
@@ -122,7 +124,7 @@ class AnsweringNode(Node):
                 pass  # the service has ended, and the node with it
             except Exception as error:
                 log.warning(
-                    f"{service.service_name}: an answer could not be delivered: "
+                    f"{full_name}: an answer could not be delivered: "
                     f"{describe_error(error)}",
                     throttle_duration_sec=WARNING_SECONDS,
                 )
