@@ -141,8 +141,8 @@ class AnsweringNode(Node):
         self, pause: float, longest: float, is_busy: Callable[[], bool]
     ) -> None:
         """Let whoever waits be answered, until nobody was for some seconds."""
-        begin = time.monotonic()
+        self.last_answer = begin = time.monotonic()
         while time.monotonic() < begin + longest and (
-            is_busy() or time.monotonic() < max(begin, self.last_answer) + pause
+            is_busy() or time.monotonic() < self.last_answer + pause
         ):
             time.sleep(0.01)
