@@ -19,7 +19,14 @@ from .harness.cell import Health, latched
 from .harness.client import RUNNING, until
 from .harness.goals import Goals, planned, plans, refused_plan
 from .harness.jobs import LONG, known_part, reached, start
-from .harness.parts import WEDGE, flat, library_part, new_id, probabilities
+from .harness.parts import (
+    WEDGE,
+    fine_box,
+    flat,
+    library_part,
+    new_id,
+    probabilities,
+)
 
 KICK = 0.012
 POSES = resting_poses(library_part(WEDGE)).group.size
@@ -316,11 +323,7 @@ class TestPlan:
     def test_a_part_of_many_triangles_is_planned_too(self, tuned):
         """In a process of its own."""
         assert tuned.set(drops=2000) == {}
-        surface = WEDGE
-        part_id = new_id()
-        for _ in range(5):
-            surface = trimesh.remesh.subdivide(*surface)
-        tuned.good("estimate", part=flat(surface, part_id))
+        part_id = known_part(tuned, fine_box(6000))
         answer = planned(
             tuned,
             part_id=part_id,
