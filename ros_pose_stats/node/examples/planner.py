@@ -14,7 +14,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_pose_stats_msgs.action import PlanFeeding
-from ros_pose_stats_msgs.msg import ObservedParts, PartList, PartMesh
+from ros_pose_stats_msgs.msg import Code, ObservedParts, PartList, PartMesh
 
 from ros_pose_stats import classify_orientations, load_part
 
@@ -27,6 +27,7 @@ FEEDER = {
     "clearance": 0.0,
     "feeder_setting": "",
 }
+RETRY_SECONDS = 1.0  # after which a busy node is asked again
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -66,12 +67,18 @@ class ExamplePlanner(Node):
         self.create_subscription(
             ObservedParts, "pose_stats/observed_parts", self.look, 10
         )
+        self.retry = self.create_timer(RETRY_SECONDS, self.request_plan)
+        self.retry.cancel()
         self.meshes = self.create_publisher(PartMesh, "pose_stats/part_mesh", LATCHED)
+        self.publish_mesh()
+
+    def publish_mesh(self) -> None:
+        """Tell the node of the part."""
         self.meshes.publish(
             PartMesh(
-                part_id=part.part_id,
-                vertices=array("d", part.vertices.tobytes()),
-                triangles=array("I", part.triangles.tobytes()),
+                part_id=self.part.part_id,
+                vertices=array("d", self.part.vertices.tobytes()),
+                triangles=array("I", self.part.triangles.tobytes()),
             )
         )
 
@@ -80,9 +87,14 @@ class ExamplePlanner(Node):
         for part in message.parts:
             if part.part_id == self.part.part_id and part.revision != self.revision:
                 self.revision = part.revision
-                self.planning.wait_for_server()
-                accepted = self.planning.send_goal_async(self.question)
-                accepted.add_done_callback(self.await_plan)
+                self.request_plan()
+
+    def request_plan(self) -> None:
+        """Send the goal."""
+        self.retry.cancel()
+        self.planning.wait_for_server()
+        accepted = self.planning.send_goal_async(self.question)
+        accepted.add_done_callback(self.await_plan)
 
     def await_plan(self, accepted: Any) -> None:
         """Decide once the plan is there; the node accepts every goal."""
@@ -93,6 +105,10 @@ class ExamplePlanner(Node):
         plan = planned.result().result
         if not plan.success:
             self.get_logger().warning(plan.message)
+            if plan.code == Code.BUSY:
+                self.retry.reset()
+            elif plan.code == Code.UNKNOWN_PART:  # it was forgotten meanwhile
+                self.publish_mesh()
             return
         pick, flip, leave = (
             [pose for pose, action in enumerate(plan.action) if action == plan_action]

@@ -11,7 +11,11 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+import rclpy
 from geometry_msgs.msg import Point, Pose
+from rclpy.task import Future
+from ros_pose_stats_msgs.action import PlanFeeding
+from ros_pose_stats_msgs.msg import Code
 from std_msgs.msg import Header
 
 from tests.running import ROOT, answer, call_copy, complaints
@@ -64,6 +68,32 @@ def test_the_node_learns_the_plate_while_the_planner_looks(domain, tmp_path, par
             for line in (look, *looks)
         )
         node.assert_sound()
+
+
+def test_the_planner_acts_on_the_code_of_a_refusal(domain, part, monkeypatch):
+    module = sys.modules[EXECUTABLES["example_planner"].load().__module__]
+    values = parameters(file=part, unit="mm", wanted=[0])
+    rclpy.init(args=["--ros-args", "-r", "__ns:=/alone", *values])
+    try:
+        planner = module.ExamplePlanner()
+        published = []
+        monkeypatch.setattr(planner, "publish_mesh", lambda: published.append(part))
+
+        def refuse(code):
+            result = PlanFeeding.Result(success=False, code=code, message="refused")
+            future = Future()
+            future.set_result(SimpleNamespace(result=result))
+            planner.decide(future)
+
+        refuse(Code.BAD_VALUE)
+        assert planner.retry.is_canceled() and not published
+        refuse(Code.UNKNOWN_PART)
+        assert planner.retry.is_canceled() and published == [part]
+        refuse(Code.BUSY)
+        assert not planner.retry.is_canceled() and published == [part]
+        planner.destroy_node()
+    finally:
+        rclpy.try_shutdown()
 
 
 def test_the_camera_hands_on_what_was_detected():
