@@ -11,8 +11,11 @@ import time
 from pathlib import Path
 from typing import Any
 
+from lab.frame.documents import markdown_table, points
+from ros_pose_stats.tools.commands.terminal.running import ProgressBar
+
 from .cell import DEMO, ROOT, Listener, end_like_ctrl_c, process, wait_for
-from .learning import learn_plate
+from .learning import interval, learn_plate
 
 PART = DEMO / "clamp.stl"
 DROPS = 40_000
@@ -81,75 +84,67 @@ def simulate(listener: Listener, part_id: str, node: subprocess.Popen[bytes]) ->
 
     client = ActionClient(listener.node, SimulateDrops, "/pose_stats/simulate_drops")
     wait_for("action server", client.server_is_ready, node)
-    progress = ProgressBar()
 
     def send_goal() -> Any:
         """Send the goal, again where the answer was lost: equal ones are one job."""
         answer = client.send_goal_async(
             SimulateDrops.Goal(part_id=part_id, drops=DROPS, seed=1),
-            feedback_callback=lambda message: progress.show(message.feedback),
+            feedback_callback=lambda message: draw_progress(bar, message.feedback),
         )
         deadline = time.monotonic() + GOAL_SECONDS
         while not answer.done() and time.monotonic() < deadline:
             time.sleep(0.02)
         return answer.result()  # none where there is no answer
 
-    result = wait_for("answer to the goal", send_goal, node).get_result_async()
-    wait_for("result", result.done, node)
-    progress.end()
+    with ProgressBar() as bar:
+        result = wait_for("answer to the goal", send_goal, node).get_result_async()
+        wait_for("result", result.done, node)
     response = result.result().result
     if not response.success:
         sys.exit(f"demo: {response.message}")
     return response.statistics
 
 
-class ProgressBar:
-    """A bar on a terminal; a line a second where nobody watches."""
-
-    def __init__(self) -> None:
-        self.next_line = 0.0
-
-    def show(self, feedback: Any) -> None:
-        """Draw how many of the drops are done."""
-        share = feedback.drops_done / feedback.drops_total
-        line = (
-            f"[{'#' * int(24 * share):.<24}] {feedback.drops_done} of "
-            f"{feedback.drops_total} drops, {feedback.drops_per_second:.0f}/s, "
-            f"expected error {100.0 * feedback.expected_error:.2f} points"
-        )
-        if sys.stdout.isatty():
-            print(f"\r{line}", end="", flush=True)
-        elif time.monotonic() > self.next_line:
-            self.next_line = time.monotonic() + 1.0
-            print(line, flush=True)
-
-    def end(self) -> None:
-        """Begin a new line after the bar."""
-        if sys.stdout.isatty():
-            print()
+def draw_progress(bar: ProgressBar, feedback: Any) -> None:
+    """Draw how many of the drops are done."""
+    bar.draw(
+        feedback.drops_done / feedback.drops_total,
+        f"{feedback.drops_done} of {feedback.drops_total} drops, "
+        f"{feedback.drops_per_second:.0f}/s, "
+        f"expected error {100.0 * feedback.expected_error:.2f} points",
+    )
 
 
 def comparison_table(estimate: Any, simulation: Any) -> str:
     """The estimate beside the simulation, pose by pose."""
     estimated = {pose.index: pose.probability for pose in estimate.poses}
-    lines = [
-        f"{'pose':>4} {'group':>5} {'estimate %':>11} {'simulation %':>13} "
-        f"{'90 %':>15} {'drops':>7} {'difference':>11}"
-    ]
+    head = (
+        "pose",
+        "group",
+        "estimate %",
+        "simulation %",
+        "90 %",
+        "drops",
+        "difference",
+    )
+    rows = []
     squares = []
     for pose in simulation.poses:
         difference = estimated[pose.index] - pose.probability
         squares.append(difference * difference)
-        interval = (
-            f"{100 * pose.probability_low:.2f} - {100 * pose.probability_high:.2f}"
-        )
-        lines.append(
-            f"{pose.index:>4} {pose.group:>5} {100 * estimated[pose.index]:>11.2f} "
-            f"{100 * pose.probability:>13.2f} {interval:>15} {pose.count:>7} "
-            f"{100 * difference:>+11.2f}"
+        rows.append(
+            (
+                f"{pose.index}",
+                f"{pose.group}",
+                points(estimated[pose.index], 2),
+                points(pose.probability, 2),
+                interval(pose, 2),
+                f"{pose.count}",
+                f"{100 * difference:+.2f}",
+            )
         )
     rms = math.sqrt(sum(squares) / len(squares))
-    return "\n".join([*lines, f"rms difference {100 * rms:.2f} points"])
+    return f"{markdown_table(head, rows)}\nrms difference {points(rms, 2)} points"
 
 
 def write_report() -> Path:

@@ -2,6 +2,9 @@
 
 import subprocess
 from pathlib import Path
+from typing import Any
+
+from lab.frame.documents import markdown_table, points
 
 from .cell import DEMO, Listener, process, wait_for
 
@@ -48,22 +51,27 @@ def learn_plate(listener: Listener, node: subprocess.Popen[bytes]) -> Path:
     truth = simulate(load_part(PART, unit="mm"), TRUE_DROPS, seed=1, **PLATE)
     predicted = {pose.index: pose.probability for pose in results[0].poses}
     true = {pose.index: pose.probability for pose in truth.poses}
-    print(
-        f"\n{'pose':>4} {'predicted %':>12} {'calibrated':>10} "
-        f"{'90 %':>15} {'true %':>7}"
-    )
-    for pose in results[-1].poses:
-        interval = (
-            f"{100 * pose.probability_low:.1f} - {100 * pose.probability_high:.1f}"
+    head = ("pose", "predicted %", "calibrated", "90 %", "true %")
+    rows = [
+        (
+            f"{pose.index}",
+            points(predicted[pose.index]),
+            points(pose.probability),
+            interval(pose),
+            points(true[pose.index]),
         )
-        print(
-            f"{pose.index:>4} {100 * predicted[pose.index]:>12.1f} "
-            f"{100 * pose.probability:>10.1f} {interval:>15} "
-            f"{100 * true[pose.index]:>7.1f}"
-        )
+        for pose in results[-1].poses
+    ]
+    print(f"\n{markdown_table(head, rows)}")
     file = DEMO / f"{PART.stem}_learned.png"
     learning_figure(results, truth).savefig(file, dpi=110)
     return file
+
+
+def interval(pose: Any, digits: int = 1) -> str:
+    """The 90 % interval of a pose in percent."""
+    low, high = pose.probability_low, pose.probability_high
+    return f"{points(low, digits)} - {points(high, digits)}"
 
 
 def parameters(**values: object) -> list[str]:
