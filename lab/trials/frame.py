@@ -10,7 +10,7 @@ import argparse
 import tempfile
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -136,12 +136,15 @@ def trial(work: Callable[[Setting], Outcome]) -> Trial:
     return Trial(work.__name__.replace("_", " "), done.rstrip("."), work)
 
 
-def program(name: str, trials: Sequence[Trial], short: float) -> int:
+def program(
+    name: str, works: Iterable[Trial | Callable[[Setting], Outcome]], short: float
+) -> int:
     """The command line of a program: try, print, perhaps write; 1 where a promise was
     broken.
     """
+    trials = [work if isinstance(work, Trial) else trial(work) for work in works]
     title, description = TITLES[name]
-    options = _parse(name, [trial.name for trial in trials], short)
+    options = _parse(name, [entry.name for entry in trials], short)
     size = short if options.short else options.size
     machine = {
         **describe_machine(),
@@ -149,9 +152,9 @@ def program(name: str, trials: Sequence[Trial], short: float) -> int:
         "seed": str(options.seed),
     }
     rows = [
-        _row(trial, size, options.seed)
-        for trial in trials
-        if not options.only or trial.name in options.only
+        _row(entry, size, options.seed)
+        for entry in trials
+        if not options.only or entry.name in options.only
     ]
     broken = sum(int(row.cells["broken"]) for row in rows)
     print(f"{name}: {len(rows)} trials, {broken} promises broken", flush=True)

@@ -19,7 +19,7 @@ from ros_pose_stats.base.text import length_in_words
 from ros_pose_stats.core.mesh.units import METRES_PER_UNIT
 from ros_pose_stats.core.records import Array
 
-from .frame import Outcome, Setting, judged, program, trial
+from .frame import Outcome, Setting, judged, program
 
 FILES = 150  # of a full run, each trial
 LENGTHS = (1e-3, 1.0)  # of the parts, metres; as many from 1 to 10 mm as above 100 mm
@@ -104,7 +104,7 @@ def inches(setting: Setting) -> Outcome:
     return read_files(setting, "inch", SIXTEENTH)
 
 
-TRIALS = tuple(map(trial, (millimetres, inch_drawings_in_millimetres, metres, inches)))
+TRIALS = (millimetres, inch_drawings_in_millimetres, metres, inches)
 
 if __name__ == "__main__":
     raise SystemExit(program("units", TRIALS, SHORT))

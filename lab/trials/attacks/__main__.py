@@ -1,31 +1,21 @@
 """Command line of the attacks."""
 
-from ..frame import program, trial
+from ..frame import program
 from . import ending, fairness, files, memory, reading
 
 ATTACKS = (
-    *map(
-        trial,
-        (
-            memory.many_large_parts,
-            memory.refused_goals,
-            memory.waiting_requests,
-            memory.a_flood_of_meshes,
-        ),
-    ),
+    memory.many_large_parts,
+    memory.refused_goals,
+    memory.waiting_requests,
+    memory.a_flood_of_meshes,
     *fairness.ATTACKS,
-    *map(
-        trial,
-        (
-            ending.a_disk_that_fills,
-            ending.a_flood_of_counts,
-            ending.a_signal_during_an_estimate,
-            ending.simulated_time_stands_still,
-            files.a_clock_before_its_time,
-            files.pipes_and_bombs_as_plates,
-            reading.small_files_that_stand_for_much,
-        ),
-    ),
+    ending.a_disk_that_fills,
+    ending.a_flood_of_counts,
+    ending.a_signal_during_an_estimate,
+    ending.simulated_time_stands_still,
+    files.a_clock_before_its_time,
+    files.pipes_and_bombs_as_plates,
+    reading.small_files_that_stand_for_much,
 )
 SHORT = 0.1
 

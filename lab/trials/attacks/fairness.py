@@ -2,11 +2,10 @@
 
 import itertools
 import signal
-import subprocess
 import sys
 import threading
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from random import Random
 from statistics import median
@@ -15,6 +14,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from lab.bodies.slow import slivers, smooth_body
 from tests.contract.node.harness.client import SERVICES
+from tests.contract.node.harness.node import Running
 from tests.contract.node.harness.parts import fine_box
 
 from ..cell import WEDGE, MeshPublisher, flat, tried_node
@@ -94,16 +94,9 @@ def queued_requests(client, count):
     """Somebody else asks for so many estimates, which are answered before those who ask
     later.
     """
-    crowd = subprocess.Popen(
-        [sys.executable, "-c", CROWD, client.prefix, str(count)], stdout=subprocess.PIPE
-    )
-    try:
-        assert crowd.stdout.readline() == b"asked\n"
+    with Running(sys.executable, "-c", CROWD, client.prefix, count) as crowd:
+        crowd.says("asked")
         yield
-    finally:
-        crowd.kill()
-        crowd.wait()
-        crowd.stdout.close()
 
 
 @contextmanager
@@ -140,23 +133,16 @@ def deaf_clients(client):
 @contextmanager
 def stopped(program, client, count, lines):
     """Processes are stopped that have printed some lines, so that they take nothing."""
-    processes = [
-        subprocess.Popen(
-            [sys.executable, "-c", program, client.prefix], stdout=subprocess.PIPE
-        )
-        for _ in range(count)
-    ]
-    try:
+    command = (sys.executable, "-c", program, client.prefix)
+    with ExitStack() as stack:
+        processes = [
+            stack.enter_context(Running(*command)).process for _ in range(count)
+        ]
         for process in processes:
             for _ in range(lines):
                 process.stdout.readline()
             process.send_signal(signal.SIGSTOP)
         yield
-    finally:
-        for process in processes:
-            process.kill()
-            process.wait()
-            process.stdout.close()
 
 
 def stopped_clients(client):

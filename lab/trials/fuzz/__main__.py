@@ -5,7 +5,7 @@ node.
 from collections import Counter
 from collections.abc import Callable
 
-from ..frame import Outcome, Setting, Trial, program, trial
+from ..frame import Outcome, Setting, Trial, program
 from .kinds import KINDS
 from .large import large_inputs
 from .messages.door import bytes_on_topics, hostile_names, requests_and_goals
@@ -66,10 +66,10 @@ def main() -> int:
                     Trial(kind, KINDS[kind].done, inputs_of(kind, watched))
                     for kind in KINDS
                 ),
-                *map(
-                    trial,
-                    (large_inputs, bytes_on_topics, requests_and_goals, hostile_names),
-                ),
+                large_inputs,
+                bytes_on_topics,
+                requests_and_goals,
+                hostile_names,
             ],
             SHORT,
         )

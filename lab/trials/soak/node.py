@@ -18,7 +18,7 @@ from ros_pose_stats import part_from_mesh
 from tests.contract.node.harness.transports import LOOPBACK
 
 from ..cell import MEGABYTE, flat
-from ..frame import Outcome, Setting, trial
+from ..frame import Outcome, Setting
 from . import lanes
 from .life import Life, node_of
 from .told import SEVERAL, SURFACES, Told
@@ -75,7 +75,7 @@ class Soak:
 
     def trials(self):
         """A row for each thing that is judged."""
-        return map(trial, (self.calls, self.answers, self.bags, self.memory))
+        return self.calls, self.answers, self.bags, self.memory
 
     def calls(self, setting: Setting) -> Outcome:
         """Eleven clients at work at once through lives of the node that are killed or
