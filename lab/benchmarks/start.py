@@ -1,4 +1,4 @@
-"""Time of whole processes: `python -m lab.benchmarks.start [--runs N] [--write]`."""
+"""Time of whole processes: `python -m lab.benchmarks.start [--write]`."""
 
 import os
 import resource
@@ -26,6 +26,9 @@ drops.
 COMPILE_CPU = 60.0
 COMPILE_WALL = 35.0
 
+RUNS = 9
+"""Warm processes of each kind."""
+
 COMMAND = "ros_pose_stats estimate clamp.stl --unit mm"
 DROPPING = "ros_pose_stats simulate clamp.stl --unit mm --drops 1000"
 LIBRARIES = "numpy, scipy.spatial, numba"
@@ -41,8 +44,8 @@ COMPILING = (
 )
 
 
-def measure(runs: int, folder: Path) -> tuple[Section, ...]:
-    """Time compiling, the first command, then so many warm ones beside bare imports.
+def measure(folder: Path) -> tuple[Section, ...]:
+    """Time compiling, the first command, then warm ones beside bare imports.
 
     Machine code and parts go into an empty folder.
     """
@@ -72,7 +75,7 @@ def measure(runs: int, folder: Path) -> tuple[Section, ...]:
             Contender(name, lambda words: _process(words, cache), partial(list, call))
             for name, call in calls.items()
         ],
-        Pace(runs, 600.0),
+        Pace(RUNS, 600.0),
     )
     return compiling, _wall_section(first, warm)
 
@@ -143,15 +146,9 @@ def _wall_section(first: Timings, warm: Timings) -> Section:
     return Section("start", "Start of the command", WALL, tuple(rows))
 
 
-def main() -> None:
-    """Read the arguments and measure."""
-    parser = benchmark_parser("lab.benchmarks.start", __doc__)
-    parser.add_argument(
-        "--runs", type=int, default=9, help="warm processes (default: %(default)s)"
-    )
-    with tempfile.TemporaryDirectory(prefix="ros_pose_stats_") as folder:
-        run_benchmark(parser, lambda options: measure(options.runs, Path(folder)))
-
-
 if __name__ == "__main__":
-    main()
+    with tempfile.TemporaryDirectory(prefix="ros_pose_stats_") as name:
+        run_benchmark(
+            benchmark_parser("lab.benchmarks.start", __doc__ or ""),
+            lambda _: measure(Path(name)),
+        )

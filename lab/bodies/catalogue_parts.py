@@ -149,14 +149,7 @@ def plate(draw: Generator) -> Manifold:
     wide, deep = draw.uniform(20.0, 50.0, 2)
     thick = draw.uniform(3.0, 15.0)
     corner = draw.uniform(0.5, 6.0)
-    outline = rounded_polygon(
-        [
-            (0.0, 0.0, corner),
-            (wide, 0.0, corner),
-            (wide, deep, corner),
-            (0.0, deep, corner),
-        ]
-    )
+    outline = rounded_rectangle(wide, deep, corner)
     shorter = min(wide, deep)
     x = draw.uniform(0.35, 0.65) * wide
     body = extrude(outline, "z", 0.0, thick)
@@ -169,6 +162,12 @@ def plate(draw: Generator) -> Manifold:
     if draw.random() < 0.5:
         body -= drill(0.07 * shorter, "z", (0.15 * wide, 0.5 * deep), -1.0, thick + 1.0)
     return body
+
+
+def rounded_rectangle(x: float, y: float, radius: float, steps: int = 6) -> Outline:
+    """A rectangle from the origin on; `steps`: of each corner."""
+    corners = ((0.0, 0.0), (x, 0.0), (x, y), (0.0, y))
+    return rounded_polygon([(*corner, radius) for corner in corners], steps)
 
 
 def _sides(draw: Generator) -> int:

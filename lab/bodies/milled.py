@@ -14,6 +14,7 @@ from numpy.random import Generator
 from ros_pose_stats.core.shapes.demo_parts import drill, extrude, surface_of
 from ros_pose_stats.core.shapes.profiles import Outline, rounded_polygon
 
+from .catalogue_parts import rounded_rectangle
 from .solids import Solid, around
 
 LARGEST_ARC = 0.45
@@ -61,20 +62,7 @@ def _rounded_box(draw: Generator) -> Manifold:
     steps = int(draw.integers(3, 9))
     if draw.random() < 0.5:
         x, y, z = size.tolist()
-        return extrude(
-            rounded_polygon(
-                [
-                    (0.0, 0.0, radius),
-                    (x, 0.0, radius),
-                    (x, y, radius),
-                    (0.0, y, radius),
-                ],
-                steps,
-            ),
-            "z",
-            0.0,
-            z,
-        )
+        return extrude(rounded_rectangle(x, y, radius, steps), "z", 0.0, z)
     ball = Manifold.sphere(radius, 4 * steps)
     corners = (size - 2.0 * radius) * np.array(np.meshgrid(*[[0.0, 1.0]] * 3)).reshape(
         3, 8

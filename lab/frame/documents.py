@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ros_pose_stats.base.files import write_whole
+from ros_pose_stats.core.records.plain_values import plain_value
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,18 +33,14 @@ def plain(value: Any) -> Any:
     A standard error is NaN where there is a single body; JSON has no such number.
     """
     if is_dataclass(value):
-        return {
-            member.name: plain(getattr(value, member.name)) for member in fields(value)
-        }
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
-    if isinstance(value, tuple) and hasattr(value, "_asdict"):
+        value = vars(value)
+    elif hasattr(value, "_asdict"):
         value = value._asdict()
     if isinstance(value, Mapping):
         return {str(key): plain(member) for key, member in value.items()}
     if isinstance(value, (list, tuple)):
         return [plain(member) for member in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return plain_value(value)
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

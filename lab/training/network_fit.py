@@ -146,9 +146,9 @@ def pack_networks(networks: Sequence[TanhNetwork], prefix: str) -> dict[str, Arr
     }
 
 
-def round_to_digits(values: Array, digits: int = 5) -> Array:
-    """Values rounded to so many significant digits, each the float nearest to that
+def round_to_digits(values: Array) -> Array:
+    """Values rounded to five significant digits, each the float nearest to that
     decimal.
     """
-    rounded = [float(f"{value:.{digits}g}") for value in np.ravel(values)]
+    rounded = [float(f"{value:.5g}") for value in np.ravel(values)]
     return np.reshape(rounded, np.shape(values))

@@ -139,13 +139,7 @@ def chart(
     begin = time.perf_counter()
     panels = []
     for plan in plans:
-        on_progress(
-            "simulating machined and turned parts"
-            if plan.machined
-            else f"simulating bodies of {plan.vertices} vertices"
-            if plan.vertices
-            else "reading the dataset's bodies"
-        )
+        on_progress("reading or simulating the bodies of a size")
         size = _planned_bodies(dataset, plan)
         points = []
         for point in _points(size, plan):

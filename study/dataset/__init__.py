@@ -3,7 +3,7 @@ drops.
 """
 
 from .dataset import Dataset, read_dataset, shipped_dataset, shipped_datasets
-from .making import DatasetProgress, Maker, make_chunk, make_dataset, on_threads
+from .making import DatasetProgress, Maker, make_dataset, on_threads
 from .spec import DatasetSpec
 
 __all__ = [
@@ -11,7 +11,6 @@ __all__ = [
     "DatasetProgress",
     "DatasetSpec",
     "Maker",
-    "make_chunk",
     "make_dataset",
     "on_threads",
     "read_dataset",

@@ -14,6 +14,9 @@ from ros_pose_stats.tools.design.sensitivity import STEP
 from .cases import all_parts, make_case
 from .slopes import Slope, measure_slopes
 
+EACH = 2
+"""Parts of each family."""
+
 KINDS = {"centre": "centre of mass", "stretch": "stretching", "face": "resting face"}
 
 PAGE = Page(
@@ -39,10 +42,10 @@ ABOUT = (
 )
 
 
-def derivatives(each: int) -> Section:
-    """Measure so many parts of each family one after the other, and make the table."""
+def derivatives() -> Section:
+    """Measure some parts of each family one after the other, and make the table."""
     slopes: list[Slope] = []
-    for family, number in all_parts(each):
+    for family, number in all_parts(EACH):
         case = make_case(family, number)
         features = len(case.space.features)
         print(f"{family} {number}: {features} features", file=sys.stderr, flush=True)

@@ -21,8 +21,9 @@ from .fit import fit_all, write_weights
 from .judge import errors_by_family, errors_table
 from .samples import read_samples, write_samples
 
+WORKERS = 2
 COUNTED = Path(gettempdir()) / "pose_stats_drops"
-"""What is counted so far, which an interruption leaves."""
+"""Threads, and what is counted so far, which an interruption leaves."""
 
 
 def main() -> None:
@@ -40,27 +41,24 @@ def main() -> None:
         help="for `drops`: those to count, where the others stay as the file has them; "
         "for `hold`: those that the fit does not see (default: all)",
     )
-    parser.add_argument(
-        "--workers", type=int, default=2, help="threads (default: %(default)s)"
-    )
     options = parser.parse_args()
     if options.step == "hold" and set(options.families) == set(BODIES):
         parser.error("name the families that the fit is not to see")
     if options.step == "drops":
         families = options.families
-        count_all(COUNTED, options.workers, _print_progress, families)
+        count_all(COUNTED, WORKERS, _print_progress, families)
         kept = read_samples() if set(families) != set(BODIES) else []
         write_samples(join_series(COUNTED, families, kept))
     elif options.step == "hold":
         samples = read_samples()
         fits = fit_all(
             [row for row in samples if row.family not in options.families],
-            options.workers,
+            WORKERS,
         )
         errors = errors_by_family(samples, (SPLIT_FITS, fits))
         print(errors_table(errors, ("shipped", "held out")))
     else:
-        fits = fit_all(read_samples(), options.workers)
+        fits = fit_all(read_samples(), WORKERS)
         print(fits)
         if options.write:
             write_weights(fits)
