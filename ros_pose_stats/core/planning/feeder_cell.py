@@ -149,6 +149,18 @@ class Feeder:
     poses: Sequence[StablePose]  # by their index
     # of the shares on a real plate, beside that of the model; a fraction
     plate_error: float
+    # (K,); of a pick in each pose: 0 where the camera takes it for a wanted one
+    pick_worth: Array | float = 1.0
+
+    @property
+    def right_mask(self) -> Array:
+        """1 (K,) where a pick is a right one, else 0."""
+        return np.asarray(self.pick_mask * self.pick_worth)
+
+    @property
+    def can_flip(self) -> Mask:
+        """Poses (K,) in which a part may be kicked: those that are not mistaken."""
+        return np.asarray(self.pick_mask == self.right_mask)
 
     @property
     def landed(self) -> pose_groups.PoseShares:
@@ -190,11 +202,12 @@ def faster_by_kick(
     transition: Array,
     kick_seconds: float,
     drop_seconds: float,
+    can_flip: Mask,
 ) -> Mask:
     """Poses (K,) in which a kick gets a part picked sooner than a new drop does.
 
-    `pick_chance` (K,): that a part in each pose is picked; else it is kicked, or
-    another one is dropped. By policy iteration over the seconds of the cell that a part
+    `pick_chance` (K,): that a part in each pose is rightly picked; else it is kicked,
+    where it `can_flip`, or another one is dropped. By policy iteration over the seconds of the cell that a part
     takes; it ends where value iteration would.
     """
     miss_chance = 1.0 - pick_chance
@@ -208,7 +221,7 @@ def faster_by_kick(
         )
         by_kick = kick_seconds + transition @ seconds
         by_drop = drop_seconds + dropped_shares @ seconds
-        is_sooner = by_kick < by_drop * SOONER
+        is_sooner = can_flip & (by_kick < by_drop * SOONER)
         if (is_sooner == flips).all():
             return flips
         flips = np.asarray(is_sooner)

@@ -33,9 +33,10 @@ class FeedingPlan:
     cell : str
         The cell in a sentence, with the parts on its plate.
     actions : tuple of str
-        For each pose by its index: `pick` it where it is free; `flip`, for kicking a
-        part that lies so gets one picked sooner than dropping another; or `leave` it,
-        for it does not.
+        For each pose by its index: `pick` it where it is free, as poses that look like
+        a wanted one from above are too, since the camera cannot tell; `flip`, for
+        kicking a part that lies so gets one picked sooner than dropping another; or
+        `leave` it, for it does not.
     best : KickPlan
         The kick, the number of parts and the kicks to use.
     options : tuple of KickPlan
@@ -85,7 +86,9 @@ def plan_feeding(
     Parameters
     ----------
     dropped : PoseStatistics
-        Of a part, by any method.
+        Of a part, by any method. Where `find_lookalikes` has filled in which poses look
+        alike from above, those that a camera takes for wanted ones are picked with
+        them, and take their time, but only wanted ones count.
     wanted : sequence of int
         Indices of the poses that the robot picks, at least one.
     cell : FeederCell
@@ -118,19 +121,23 @@ def plan_feeding(
             "estimate the part that is given",
         )
     is_wanted = feeding.check_wanted_poses(wanted, len(dropped.poses))
-    pick_mask = is_wanted.astype(np.float64)
+    wanted_mask = is_wanted.astype(np.float64)
     shares = pose_groups.pose_shares(dropped)
-    if not shares.probability @ pick_mask > 0.0:
+    if not shares.probability @ wanted_mask > 0.0:
         raise RequestError(
             "wanted poses that dropped parts come to rest in",
             "none of them",
             "name others; `ros_pose_stats estimate` lists their probabilities",
         )
+    is_picked = is_wanted.copy()
+    wanted_indices = set(np.flatnonzero(is_wanted).tolist())
+    is_picked[list(pose_groups.poses_mistaken(dropped, wanted_indices))] = True
+    pick_mask = is_picked.astype(np.float64)
     plate_error = 0.0 if dropped.counted_parts else dropped.plate_error
     poses = list(dropped.by_index.values())
     feeder: SingleParts | Plate
     if cell.plate is None:
-        feeder = SingleParts(cell, pick_mask, shares, poses, plate_error)
+        feeder = SingleParts(cell, pick_mask, shares, poses, plate_error, wanted_mask)
     else:
         blocking: Array | float = 1.0
         if part is not None:
@@ -138,10 +145,12 @@ def plan_feeding(
                 part,
                 poses,
                 shares.probability,
-                np.flatnonzero(is_wanted),
+                np.flatnonzero(is_picked),
                 cell.clearance,
             )
-        feeder = Plate(cell, pick_mask, shares, poses, plate_error, blocking)
+        feeder = Plate(
+            cell, pick_mask, shares, poses, plate_error, wanted_mask, blocking
+        )
     kicks = [None, *sorted(flips, key=lambda kick: kick.kick_height)]
     options = [feeder.plan(kick) for kick in kicks]
     best, kick = max(
@@ -150,7 +159,7 @@ def plan_feeding(
     actions = np.full(pick_mask.size, LEAVE)
     if kick is not None and best.is_kicking:
         actions[feeder.poses_worth_flipping(best.parts, kick.transition)] = FLIP
-    actions[is_wanted] = PICK
+    actions[is_picked] = PICK
     return FeedingPlan(
         describe_cell(cell, best), tuple(actions.tolist()), best, tuple(options)
     )

@@ -70,7 +70,9 @@ class Plate(Feeder):
                 )
             pictures = np.array(picture_shares)  # (kicks + 1, N, K)
             picks = parts[:, None] * (pictures * pick_chance).sum(axis=2).T
-            rates = self._rates(parts, picks)
+            right_chance = pick_chance * self.pick_worth
+            right_picks = parts[:, None] * (pictures * right_chance).sum(axis=2).T
+            rates = self._rates(parts, picks, right_picks)
             row, kicks = np.unravel_index(int(rates.argmax()), rates.shape)
             shares = pictures[: kicks + 1, row].mean(axis=0)
 
@@ -82,8 +84,15 @@ class Plate(Feeder):
             parts[row] * pick_chance[row].max(),
         )
         parts_range = parts[[row, row, row]]
-        rates = self._rates(parts_range, picks_range)[:, -1]
-        total = picks_range.sum(axis=1)
+        right_share = np.divide(
+            right_picks[row],
+            picks[row],
+            out=np.zeros(len(picks[row])),
+            where=picks[row] > 0.0,
+        )
+        right_range = picks_range * right_share[: kicks + 1]
+        rates = self._rates(parts_range, picks_range, right_range)[:, -1]
+        total = right_range.sum(axis=1)
         shares = total / _dropped(parts_range, picks_range)[:, -1]
         accepted = feeding.Bounded(*shares.tolist())
         flips = feeding.NO_FLIPS
@@ -96,7 +105,7 @@ class Plate(Feeder):
             0.0 if kick is None else kick.kick_height,
             int(parts[row]),
             int(kicks),
-            float(picks[row, 0]),
+            float(right_picks[row, 0]),
             accepted,
             feeding.passes_of(*accepted),
             flips,
@@ -104,8 +113,8 @@ class Plate(Feeder):
             "" if kick is None else kick.feeder_setting,
         )
 
-    def _rates(self, parts: Index, picks: Array) -> Array:
-        """Parts picked a minute (N, R) by the picks (N, R) after 0, 1 ... kicks."""
+    def _rates(self, parts: Index, picks: Array, right_picks: Array) -> Array:
+        """Parts rightly picked a minute (N, R) by picks (N, R) after 0, 1 ... kicks."""
         cell = self.cell
         kicks = np.arange(picks.shape[1])
         total = picks.cumsum(axis=1)
@@ -115,7 +124,7 @@ class Plate(Feeder):
             + 60.0 / cell.rate * _dropped(parts, picks)
             + cell.pick_seconds * total
         )
-        return np.asarray(60.0 * total / seconds)
+        return np.asarray(60.0 * right_picks.cumsum(axis=1) / seconds)
 
     def _picks_error(
         self,
@@ -124,7 +133,7 @@ class Plate(Feeder):
         transition: Array,
         flips_known: list[float],
     ) -> float:
-        """Relative standard error of the parts that a cycle picks.
+        """Relative standard error of the parts that a cycle rightly picks.
 
         To first order in the shares of dropped parts and in the rows of the moves, each
         off by its own counts and by the error of the plate or of its flips.
@@ -132,13 +141,14 @@ class Plate(Feeder):
         the rows, none without a kick.
         """
         landed = self.landed
-        picks = float((picture_shares @ pick_chance).sum())
+        right_chance = pick_chance * self.pick_worth
+        picks = float((picture_shares @ right_chance).sum())
         stay_chance = 1.0 - pick_chance
-        # Of a part that lies so at a picture: picks until the cycle's end.
-        worth = [pick_chance]
+        # Of a part that lies so at a picture: right picks until the cycle's end.
+        worth = [right_chance]
         for _ in picture_shares[1:]:
             worth.append(
-                pick_chance
+                right_chance
                 + stay_chance * (transition @ worth[-1])
                 + pick_chance * (landed.probability @ worth[-1])
             )
@@ -160,11 +170,12 @@ class Plate(Feeder):
         settling_seconds = cell.drop_seconds + cell.look_seconds
         return np.flatnonzero(
             faster_by_kick(
-                self.pick_mask * room.free_probability(np.array([parts]))[0],
+                self.right_mask * room.free_probability(np.array([parts]))[0],
                 self.dropped.probability,
                 transition,
                 (cell.cycle_seconds + settling_seconds) / parts,
                 60.0 / cell.rate + settling_seconds / parts,
+                self.can_flip,
             )
         )
 

@@ -20,7 +20,7 @@ class SingleParts(Feeder):
 
     def plan(self, kick: FlipStatistics | None) -> KickPlan:
         """What the cell gets with a kick, where it is worth its time."""
-        accepted = feeding.accepted_share(self.landed, np.flatnonzero(self.pick_mask))
+        accepted = feeding.accepted_share(self.landed, np.flatnonzero(self.right_mask))
         flips = feeding.NO_FLIPS
         per_minute = feeding.Bounded(*(self.cell.rate * share for share in accepted))
         pickable = accepted.value
@@ -49,11 +49,12 @@ class SingleParts(Feeder):
         `_parts`: as of a plate, on which they would share a kick.
         """
         flips = faster_by_kick(
-            self.pick_mask,
+            self.right_mask,
             self.dropped.probability,
             transition,
             self.cell.cycle_seconds,
             60.0 / self.cell.rate,
+            self.can_flip,
         )
         return np.flatnonzero(flips & (self.pick_mask == 0.0))
 
@@ -69,8 +70,8 @@ class SingleParts(Feeder):
         landed = self.landed
         shares = landed.probability
         inner = np.eye(flipped.size) - moves[:, flipped]
-        acceptance = self.pick_mask.copy()  # chance (K,) before the part is sent back
-        acceptance[flipped] = np.linalg.solve(inner, moves @ self.pick_mask)
+        acceptance = self.right_mask  # chance (K,) before the part is sent back
+        acceptance[flipped] = np.linalg.solve(inner, moves @ acceptance)
         flips_needed = np.zeros(shares.size)
         flips_needed[flipped] = np.linalg.solve(inner, np.ones(flipped.size))
         visits = np.linalg.solve(inner.T, shares[flipped])
@@ -88,7 +89,8 @@ class SingleParts(Feeder):
         cycle_seconds = self.cell.cycle_seconds
         seconds = 60.0 / self.cell.rate + cycle_seconds * flips
         share = feeding.CERTAINTY
-        are_all_flipped = flipped.size + np.count_nonzero(self.pick_mask) == shares.size
+        right_poses = np.count_nonzero(self.right_mask)
+        are_all_flipped = flipped.size + right_poses == shares.size
         if accepted < 1.0 and not are_all_flipped:
             error = variance(acceptance)
             scatter = accepted * (1.0 - accepted)
