@@ -61,6 +61,18 @@ def with_warning(message: msg.PoseStatistics, warning: Note) -> msg.PoseStatisti
     return message_copy
 
 
+def with_lookalikes(
+    message: msg.PoseStatistics, seen: records.PoseStatistics
+) -> msg.PoseStatistics:
+    """The same result with the lookalikes that its record has."""
+    poses = seen.by_index
+    message_copy = copy.copy(message)
+    message_copy.poses = list(map(copy.copy, message.poses))
+    for pose in message_copy.poses:
+        pose.alike_from_above = poses[pose.index].alike_from_above or ()
+    return message_copy
+
+
 def farewell_message(
     last: msg.PoseStatistics, stamp: int, revision: int, reason: str
 ) -> msg.PoseStatistics:

@@ -15,7 +15,9 @@ from ros_pose_stats_msgs.action import PlanFeeding
 from ...base.errors import RequestError
 from ...core.planning.feeder_cell import FeederCell
 from ...core.planning.feeding_plan import FeedingPlan, plan_feeding
-from ...core.records import FlipStatistics
+from ...core.records import FlipStatistics, Part, PoseStatistics
+from ...core.records.notes import Note
+from ...core.resting.silhouettes import find_lookalikes
 from ...core.simulation.flips import check_kick, usual_kicks
 from ...core.statistics import feeding, pose_groups
 from ..answering_node import Steps, advance, answer_request
@@ -201,17 +203,20 @@ class PlanFeedingServer(GoalServer[Plan]):
             kicks = [replace(kick, poses=poses) for kick in flips]
             flips = [feeding.learn_flips(kicks, counted_flips, request.feeder_setting)]
             basis += f" and {flips[0].counted_flips} seen"
-        question = statistics, list(request.wanted), cell, flips
-        if flips or cell.plate is not None:
-            built_part = yield from plan.wait(self._intake.build_known(part))
-            geometry = built_part.geometry
-            feeding_plan = yield from plan.wait(
-                self._outlines.put(
-                    geometry, "a plan", plan_feeding, *question, geometry
-                )
+        built_part = yield from plan.wait(self._intake.build_known(part))
+        geometry = built_part.geometry
+        feeding_plan, lookalikes = yield from plan.wait(
+            self._outlines.put(
+                geometry,
+                "a plan",
+                _plan_as_seen,
+                statistics,
+                list(request.wanted),
+                cell,
+                flips,
+                geometry,
             )
-        else:
-            feeding_plan = plan_feeding(*question)
+        )
         _fill_in_plan(response, feeding_plan, flips)
         if math.isnan(feeding_plan.best.accepted.low):
             basis += (
@@ -224,7 +229,7 @@ class PlanFeedingServer(GoalServer[Plan]):
                 f"{cell_words[:1].upper()}{cell_words[1:]}.",
                 f"{feeding_plan.describe_gain()}.",
                 f"{basis}.",
-                *map(str, pose_groups.warn_of_lookalikes(statistics, request.wanted)),
+                *map(str, lookalikes),
             ]
         )
 
@@ -300,6 +305,21 @@ def _feeder_cell(request: Any) -> FeederCell:
     )
     cell.check()
     return cell
+
+
+def _plan_as_seen(
+    statistics: PoseStatistics,
+    wanted: list[int],
+    cell: FeederCell,
+    flips: list[FlipStatistics],
+    part: Part,
+) -> tuple[FeedingPlan, tuple[Note, ...]]:
+    """A plan with what a camera takes for a wanted pose, and warnings of that."""
+    seen = find_lookalikes(statistics, part)
+    return (
+        plan_feeding(seen, wanted, cell, flips, part),
+        pose_groups.warn_of_lookalikes(seen, wanted),
+    )
 
 
 def _describe_basis(message: msg.PoseStatistics, flips: list[FlipStatistics]) -> str:

@@ -11,6 +11,7 @@ from ...core.mesh import mass_properties
 from ...core.mesh.parts import shift_center
 from ...core.records import Array, Part
 from ...core.records.notes import note
+from ...core.resting.silhouettes import find_lookalikes
 from ...core.simulation.request import check_target
 from ..answering_node import Steps, result_of
 from ..equipment import Equipment
@@ -227,9 +228,23 @@ class Services:
         response.statistics = [result.message for result in results]
         if request.heights and results:
             part = yield from result_of(self._intake.build_known(chosen_parts[0]))
+            message = results[0].message
             response.outlines = yield from result_of(
-                self._outlines.begin(part.geometry, results[0].message, request.heights)
+                self._outlines.begin(part.geometry, message, request.heights)
             )
+            if min(request.heights) < 0.0:
+                seen = yield from result_of(
+                    self._outlines.put(
+                        part.geometry,
+                        "silhouettes",
+                        find_lookalikes,
+                        statistics_messages.statistics_of_message(message),
+                        part.geometry,
+                    )
+                )
+                response.statistics = [
+                    statistics_messages.with_lookalikes(message, seen)
+                ]
 
     def forget_part(self, request: Any, response: Any) -> None:
         """Forget a part."""

@@ -472,6 +472,31 @@ def test_a_hole_where_it_is_seen_and_a_gap_where_it_is_cut(cell, washer):
     assert not cell.good("get_statistics", part_id=washer).outlines
 
 
+def test_with_outlines_from_above_poses_have_their_lookalikes(cell):
+    """A bar of 30 by 29.8 mm on its four long sides, of which two are the same."""
+    part_id = new_id()
+    vertices, triangles = shapes.box(0.04, 0.03, 0.0298)
+    cell.good("estimate", part=flat((vertices, triangles), part_id))
+    [result] = cell.good("get_statistics", part_id=part_id, heights=[-1.0]).statistics
+    lookalikes = {pose.index: set(pose.alike_from_above) for pose in result.poses}
+    sides = {0, 1, 2, 3}
+    assert lookalikes == {
+        **{index: sides - {index} for index in sides},
+        4: {5},
+        5: {4},
+    }
+    for heights in ([], [0.001]):
+        [result] = cell.good(
+            "get_statistics", part_id=part_id, heights=heights
+        ).statistics
+        assert not any(len(pose.alike_from_above) for pose in result.poses)
+    answer = planned(cell, part_id=part_id, wanted=[0, 1], dropped_per_minute=RATE)
+    assert list(answer.action) == [0, 0, 0, 0, 2, 2]
+    assert "ALIKE_FROM_ABOVE: poses 2, 3 look from above like poses 0, 1" in (
+        answer.message
+    )
+
+
 def test_what_cannot_be_asked_is_refused(cell, washer):
     assert "one part's outlines" in cell.refused("get_statistics", heights=[0.001])
     assert "heights above the plate" in cell.refused(
