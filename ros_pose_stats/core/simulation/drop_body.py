@@ -15,7 +15,6 @@ from ..mesh import vectors
 from ..mesh.hull import hull_of
 from ..records import Array, DropScene, Index, Part
 from ..resting import convex_body, poses, turns
-from ..resting.rims import Run
 
 LOW_CORNERS = 8
 """Corners that may come to lie lowest during a step, if they are spread evenly.
@@ -160,7 +159,7 @@ def _prepare(
     # Rounded, faces are no longer flat.
     neighbours = _find_neighbours(vectors.turn_vectors(body.points[corner], axes))
     sides = _find_sides(resting, corner_number, is_left_handed(frame))
-    rims = find_rolling_rims(resting, moment, axes, corner_number)
+    rims = find_rolling_rims(resting, moment, axes, corner)
     arrays = layout.DropBody(
         x=x,
         y=y,
@@ -177,10 +176,11 @@ def _prepare(
         side_right=sides.right_pose,
         pose_level=resting.heights,
         way_out=resting.clusters.exit_level,
-        roll_pose=rims.pose,
-        roll_level=rims.level,
-        roll_climb=rims.climb,
         rim=rims.rim,
+        rim_pose=rims.pose,
+        rim_poses=rims.poses,
+        corner_rim=rims.corner_rim,
+        roll_arm=rims.roll_arm,
         turn_limit=min(evolve.TURN, 2.0 * math.sqrt(LOW_CORNERS / corner.shape[0])),
     )
     return PreparedBody(resting, arrays, frame, turn, corner, is_rounded)
@@ -293,144 +293,193 @@ def ball_tree(points: Array) -> tuple[Index, Array, Index]:
 class RollingRims(NamedTuple):
     """What is added to a drop body; `kernels.drops.drop` tells how it is used."""
 
-    # (C,); pose that a part is in that rolls on this corner's rim; -1 for none
-    pose: Index
-    level: Array  # (C,); energy without that of the roll with which it can tip over
-    # (C,); height of the centre of mass above that at the rim's lowest place
-    climb: Array
-    rim: Array  # (P, 10); see `kernels.drops.layout`
+    rim: Array  # (R, 10); see `kernels.drops.layout`
+    pose: Index  # (R,); a pose of each
+    poses: Index  # (R,); how many it has, all of one unit
+    corner_rim: Index  # (C,); rim that a corner is on, -1 for none
+    roll_arm: Array  # (C, 3); its axis times the place that it rolls about
 
 
 def find_rolling_rims(
-    resting: poses.RestingPoses, moment: Array, axes: Array, corner_number: Index
+    resting: poses.RestingPoses, moment: Array, axes: Array, corner: Index
 ) -> RollingRims:
-    """Find the rims of a part that it can roll on all the way round, in one pose.
+    """Find the rings of facets on which a part can roll on for ever.
 
-    `moment`: of unit mass, lengths in radii; `corner_number`: row in the tables of each
-    hull point, -1 for none.
+    Those whose poses are one unit, all of it: where such a roll ends is certain, or
+    remains to be drawn. `moment`: of unit mass, lengths in radii; `corner` (C,): hull
+    point of each row in the tables.
     """
     body = resting.body
-    pose_of_face = resting.pose_of_face
-    corners = int(corner_number.max()) + 1
-    rims = RollingRims(
-        np.full(corners, -1),
-        np.full(corners, math.inf),
-        np.zeros(corners),
-        np.zeros((len(resting.poses), layout.RIM)),
+    rows: list[list[float]] = []
+    rim_poses: list[Index] = []
+    corner_rim = np.full(body.points.shape[0], -1)
+    roll_arm = np.zeros_like(body.points)
+    for ring in _find_rings(resting):
+        ring_poses = np.unique(resting.pose_of_face[ring.faces])
+        unit = np.flatnonzero(resting.unit == resting.unit[ring_poses[0]])
+        numbers = np.unique(body.arrays.corner[ring.sides])
+        is_certain = ring_poses.size == 1 or np.array_equal(ring_poses, unit)
+        if not is_certain or (corner_rim[numbers] >= 0).any():
+            continue
+        row = _rim_row(body, ring, moment, axes)
+        if row is None:
+            continue
+        corner_rim[numbers] = len(rows)
+        # A vector product in principal axes, which may be left-handed.
+        axle, *places = vectors.turn_vectors(
+            np.vstack((ring.axis, body.points[numbers])), axes
+        )
+        roll_arm[numbers] = vectors.cross(axle, np.array(places))
+        rows.append(row)
+        rim_poses.append(ring_poses)
+    return RollingRims(
+        np.array(rows).reshape(-1, layout.RIM),
+        np.array([int(poses[0]) for poses in rim_poses], dtype=np.int64),
+        np.array([poses.size for poses in rim_poses], dtype=np.int64),
+        corner_rim[corner],
+        roll_arm[corner],
     )
-    for run, faces, edges in _find_rims(body):
-        pose = int(pose_of_face[faces[0]])
-        begin = body.points[body.arrays.corner[edges]]
-        end = body.points[body.arrays.corner[body.arrays.twin[edges]]]
-        low, high = np.sort(
-            (
-                vectors.components_along(begin, run.axis),
-                vectors.components_along(end, run.axis),
-            ),
-            axis=0,
-        )
-        # How far from the rim's edges, along its axis, a part stands on each facet, in
-        # radii.
-        rim_distance: Array = np.full(body.faces, math.inf)
-        np.minimum.at(
-            rim_distance,
-            body.arrays.face[edges],
-            np.where(body.arrays.inset[edges] > 0.0, np.maximum(low, -high), 0.0),
-        )
-        rim_distance = rim_distance[faces]
-        if (
-            rims.rim[pose].any()
-            or (pose_of_face[faces] != pose).any()
-            or not rim_distance.min() > 0.0
-        ):
-            continue
-        distance = body.arrays.distance[faces]
-        edge = np.sqrt(distance * distance + rim_distance * rim_distance)
-        rise = float((edge - distance).min())
-        chord = vectors.lengths(vectors.cross(end - begin, run.axis))
-        axle, center = vectors.turn_vectors(np.stack((run.axis, run.center)), axes)
-        axle_inertia, bump_share, single_share = _free_roll_shares(
-            chord,
-            0.5 * float(np.ptp(distance)) * rise,
-            axle,
-            moment,
-            float((rim_distance / distance).max()),
-        )
-        rims.rim[pose] = [
-            *axle,
-            *vectors.cross(axle, center),
-            axle_inertia,
-            float((rim_distance / edge).min()),
-            bump_share,
-            single_share,
-        ]
-        for face, level in zip(faces.tolist(), distance.tolist(), strict=True):
-            numbers = corner_number[
-                body.arrays.corner[
-                    body.arrays.face_start[face] : body.arrays.face_start[face + 1]
-                ]
-            ]
-            rims.pose[numbers] = pose
-            rims.level[numbers] = np.minimum(rims.level[numbers], level + rise)
-            rims.climb[numbers] = np.maximum(
-                rims.climb[numbers], level - float(distance.min())
-            )
-    return rims
 
 
-def _find_rims(body: convex_body.ConvexBody) -> Iterator[tuple[Run, Index, Index]]:
-    """Runs of round surfaces whose facets close a ring, the facets and its edges.
+class Ring(NamedTuple):
+    """Facets along an axis that close round a body."""
 
-    A flat or a slot in the rim leaves a longer facet there, which belongs to no run.
-    """
-    normal = body.arrays.normal
+    axis: Array  # (3,)
+    faces: Index  # (F,)
+    sides: Index  # (N,); all of theirs
+    ends: Index  # (E,); those that bound the ring
+
+
+FEWEST_FACETS = 8  # of a ring; on fewer a roll ends before it could be told
+
+
+def _find_rings(resting: poses.RestingPoses) -> Iterator[Ring]:
+    """Rings along the axes of the body's runs, or along a side of a stable face."""
+    body = resting.body
     face = body.arrays.face
-    # A changed part may have lost all facets of a run.
-    for number in np.unique(body.run_of_face[body.run_of_face >= 0]).tolist():
-        run_faces = np.flatnonzero(body.run_of_face == number)
-        distance = body.arrays.distance[run_faces]
-        directions = normal[run_faces]
-        upright = [
-            run
-            for run in body.runs
-            if run.kind == "round"
-            and run.full
-            and np.abs(vectors.components_along(directions, run.axis)).max()
-            < turns.LEVEL
-        ]
-        if not upright:
-            continue
-        # Of several with one direction, the axis from which the facets are equally far.
-        misfits = [
-            np.ptp(distance - vectors.components_along(directions, run.center))
-            for run in upright
-        ]
-        run = upright[int(np.argmin(misfits))]
-        is_ring = np.abs(vectors.components_along(normal, run.axis)) < turns.LEVEL
+    run_axes = [run.axis for run in sorted(body.runs, key=lambda run: not run.full)]
+    is_stable = np.zeros(body.faces, dtype=np.bool_)
+    is_stable[resting.equilibria.faces] = True
+    sides = np.flatnonzero(is_stable[face])
+    edges = (
+        body.points[body.arrays.corner[body.arrays.twin[sides]]]
+        - body.points[body.arrays.corner[sides]]
+    )
+    edges = edges[np.argsort(-vectors.lengths(edges), kind="stable")]
+    axes = np.vstack((*run_axes, edges / vectors.lengths(edges)[:, None]))
+    while axes.size:
+        axis = axes[0]
+        is_other = vectors.lengths(vectors.cross(axes, axis)) > turns.LEVEL
+        axes = axes[is_other]
+        is_ring = (
+            np.abs(vectors.components_along(body.arrays.normal, axis)) < turns.LEVEL
+        )
         is_on_ring = is_ring[face]
         is_ring_beyond = is_ring[face[body.arrays.twin]]
         links = np.bincount(face[is_on_ring & is_ring_beyond], minlength=body.faces)
-        if (links[is_ring] == 2).all():
-            yield (
-                run,
-                np.flatnonzero(is_ring),
+        faces = np.flatnonzero(is_ring)
+        if faces.size >= FEWEST_FACETS and (links[faces] == 2).all():
+            yield Ring(
+                axis,
+                faces,
+                np.flatnonzero(is_on_ring),
                 np.flatnonzero(is_on_ring & ~is_ring_beyond),
             )
 
 
+def _rim_row(
+    body: convex_body.ConvexBody, ring: Ring, moment: Array, axes: Array
+) -> list[float] | None:
+    """The row of a ring in the table of rims; None where it is no place to roll on."""
+    arrays = body.arrays
+    begin = body.points[arrays.corner[ring.ends]]
+    end = body.points[arrays.corner[arrays.twin[ring.ends]]]
+    low, high = np.sort(
+        (
+            vectors.components_along(begin, ring.axis),
+            vectors.components_along(end, ring.axis),
+        ),
+        axis=0,
+    )
+    # How far from an end, along the axis, a part stands on each facet, in radii.
+    end_distance: Array = np.full(body.faces, math.inf)
+    np.minimum.at(
+        end_distance,
+        arrays.face[ring.ends],
+        np.where(arrays.inset[ring.ends] > 0.0, np.maximum(low, -high), 0.0),
+    )
+    end_distance = end_distance[ring.faces]
+    if not end_distance.min() > 0.0:
+        return None
+    height: Array = np.zeros(body.faces)
+    np.maximum.at(
+        height,
+        arrays.face[ring.sides],
+        vectors.lengths(
+            vectors.cross(body.points[arrays.corner[ring.sides]], ring.axis)
+        ),
+    )
+    height = height[ring.faces]
+    edge = np.hypot(height, end_distance)
+    rise = float((edge - height).min())
+    distance = arrays.distance[ring.faces]
+    chord: Array = np.zeros(body.faces)
+    chord[arrays.face[ring.ends]] = vectors.lengths(
+        vectors.cross(end - begin, ring.axis)
+    )
+    chord = chord[ring.faces]
+    (axle,) = vectors.turn_vectors(ring.axis[None], axes)
+    axle_inertia, bump_share, single_share, swing = _free_roll_shares(
+        chord,
+        _weight_swing(body, ring, chord),
+        axle,
+        moment,
+        float((end_distance / distance).max()),
+    )
+    return [
+        *axle.tolist(),
+        axle_inertia,
+        float((end_distance / edge).min()),
+        rise,
+        float(distance.min()),
+        bump_share,
+        single_share,
+        swing,
+    ]
+
+
+def _weight_swing(body: convex_body.ConvexBody, ring: Ring, chord: Array) -> float:
+    """How far from the axle, at most, the centre of mass is on a ring's facets.
+
+    By R + R'' = r: that is R'', the acceleration of the height over the turn's square,
+    where the surface has the radius of curvature r; tipping over a corner it is -R.
+    """
+    arrays = body.arrays
+    inner = np.setdiff1d(ring.sides, ring.ends)
+    normal = arrays.normal[arrays.face[inner]]
+    other_normal = arrays.normal[arrays.face[arrays.twin[inner]]]
+    angle = np.arctan2(
+        vectors.lengths(vectors.cross(normal, other_normal)),
+        (normal * other_normal).sum(axis=1),
+    )
+    turn = 0.5 * np.bincount(arrays.face[inner], angle, body.faces)[ring.faces]
+    distance = arrays.distance[ring.faces]
+    return float(np.minimum(np.abs(chord / turn - distance), distance).max())
+
+
 def _free_roll_shares(
-    chord: Array, swing: float, axle: Array, moment: Array, slope: float
-) -> tuple[float, float, float]:
+    chord: Array, offset: float, axle: Array, moment: Array, slope: float
+) -> tuple[float, float, float, float]:
     """Moment of inertia about a rim's axis, and shares of a roll that it sets free.
 
     On a facet c wide across the axis the corner below moves at -w c / 2 to w c / 2, at
     a mean square of (w c)² / 12; twelve times that is kept back, for what bounces has
     more at times. A facet much wider than the others gives a blow of w c / 2; four
-    times its energy is kept back. A centre of mass b beside the axis goes up and down
-    at up to b w², as if the weight changed by as much: a part that leans over from
-    below, to an edge h higher, and back from above gains at most twice the `swing` b h
-    times w². Where the axis is not a principal one, the centrifugal moment tilts the
-    body, at most to the `slope` at which it tips.
+    times its energy is kept back. Where the axis is not a principal one, the
+    centrifugal moment tilts the body, at most to the `slope` at which it tips. A centre
+    of mass b beside the axle (`offset`) goes up and down at up to b w², as if the
+    weight changed by as much: a part that leans over from below, to an edge h higher,
+    and back from above gains at most 2 b h w².
     """
     x, y, z = axle.tolist()
     axle_inertia = float((moment * axle * axle).sum())
@@ -442,11 +491,9 @@ def _free_roll_shares(
         ]
     )
     square = chord * chord
-    single_energy = (
-        float(square.max()) + 4.0 * swing + 2.0 * vectors.length(pull) * slope
-    )
     return (
         axle_inertia,
         math.fsum(square.tolist()) / len(square) / axle_inertia,
-        single_energy / axle_inertia,
+        (float(square.max()) + 2.0 * vectors.length(pull) * slope) / axle_inertia,
+        4.0 * offset / axle_inertia,
     )

@@ -38,6 +38,9 @@ class DropOutcomes(NamedTuple):
     trapped: Mask
     # (n,) bool; whether it was released touching the plate, for want of height
     touched: Mask
+    # (n,) bool; whether it was to roll on for ever over poses that symmetry makes equal,
+    # of which `pose` was drawn
+    drawn: Mask
 
     def first(self, count: int) -> "DropOutcomes":
         """Outcomes of the first `count` drops."""
@@ -53,17 +56,19 @@ class DropChunk(NamedTuple):
 
 
 def drop_rules(
-    scene: DropScene, radius: float, *, to_rest: bool = False
+    scene: DropScene, radius: float, *, to_rest: bool = False, draws: bool = False
 ) -> layout.DropRules:
     """The scene and `tolerances` in the kernels' units.
 
-    `to_rest`: go on until the part lies still.
+    `to_rest`: go on until the part lies still. `draws`: end a drop that rolls on for
+    ever over poses that are equal, of which one is to be drawn then.
     """
     slow = max(SLOW, SOON_OVER * (1.0 - scene.restitution))
     return layout.DropRules(
         scene.restitution,
         scene.release_height(radius) / radius,
         to_rest,
+        draws,
         TRUNCATION,
         TOUCHING,
         slow,
@@ -130,22 +135,46 @@ def compute_motions(
     outcome = np.empty((states.shape[0], 5), dtype=np.int64)
     measure = np.empty((states.shape[0], 2))
     drop.run_drops(body.arrays, rules, states, outcome, measure, tape)
+    is_drawn = outcome[:, layout.ENDING] == layout.ROLLING
     return DropOutcomes(
         outcome[:, layout.POSE],
         outcome[:, layout.IMPACT_COUNT],
         outcome[:, layout.EVENT_COUNT],
         measure[:, layout.DURATION] * math.sqrt(body.radius / GRAVITY),
         measure[:, layout.ENERGY],
-        outcome[:, layout.ENDING] == layout.TRAPPED,
+        (outcome[:, layout.ENDING] == layout.TRAPPED) | is_drawn,
         outcome[:, layout.TOUCHED] == 1,
+        is_drawn,
     )
 
 
 _WORDS = 4  # 64-bit words that Philox makes at each place of its stream
 _RANDOM_STREAM = 1
 _FLIP_STREAM = 3
-"""Second words of the key, so that drops and flips of one seed have nothing in
+_ROLL_STREAM = 4
+"""Second words of the key, so that drops, flips and draws of one seed have nothing in
 common."""
+
+
+def draw_poses(
+    body: PreparedBody, outcomes: DropOutcomes, seed: int, first: int
+) -> DropOutcomes:
+    """Draw poses for drops that roll on for ever, fairly by the seed and their number.
+
+    `outcomes`: of drop `first` and those that follow.
+    """
+    if not outcomes.drawn.any():
+        return outcomes
+    unit = body.resting.unit
+    order = np.argsort(unit, kind="stable")
+    size = np.bincount(unit)
+    unit_start = np.cumsum(size) - size
+    drawn_unit = unit[outcomes.pose]
+    count = outcomes.pose.shape[0]
+    chance = _random_pairs(seed, _ROLL_STREAM, first, count)[:, 0]
+    member = np.floor(chance * size[drawn_unit]).astype(np.int64)
+    drawn_pose = order[unit_start[drawn_unit] + member]
+    return outcomes._replace(pose=np.where(outcomes.drawn, drawn_pose, outcomes.pose))
 
 
 def random_starts(seed: int, first: int, count: int) -> Array:

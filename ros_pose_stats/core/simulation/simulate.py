@@ -26,6 +26,7 @@ from .drops import (
     DropChunk,
     DropOutcomes,
     compute_drops,
+    draw_poses,
     drop_rules,
     release_directions,
 )
@@ -147,7 +148,7 @@ class _Simulation:
         self._scene = scene
         self._request = request
         self._body = drop_body(part, scene)
-        self._rules = drop_rules(scene, self._body.radius)
+        self._rules = drop_rules(scene, self._body.radius, draws=request.starts is None)
         first = min(FEWEST_DROPS, request.drops) if request.events else request.drops
         self._prefix = Prefix(
             len(self._body.resting.poses), first, request.target_error, judge
@@ -163,9 +164,7 @@ class _Simulation:
             return prefix.finished or bool(watch.should_stop())
 
         workers = DropWorkers(
-            lambda first, count: compute_drops(
-                self._body, self._rules, self._downs(first, count)
-            ),
+            self._drop,
             request.drops,
             request.workers,
             stop,
@@ -220,6 +219,10 @@ class _Simulation:
             time.perf_counter() - self._begin,
             self._statistics,
         )
+
+    def _drop(self, first: int, count: int) -> DropOutcomes:
+        outcomes = compute_drops(self._body, self._rules, self._downs(first, count))
+        return draw_poses(self._body, outcomes, self._request.seed, first)
 
     def _downs(self, first: int, count: int) -> Array:
         request = self._request

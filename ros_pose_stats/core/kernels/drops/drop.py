@@ -129,8 +129,15 @@ def judge_outcome(
     if not is_resting and rules.to_rest:
         return layout.UNSETTLED, -1
     remaining_energy = energy(work.state, body.moment)
-    if not rules.to_rest and rolls_upright(body, rules, work, remaining_energy):
-        return layout.TRAPPED, int(body.roll_pose[work.tally[layout.LOWEST]])
+    rim = body.corner_rim[work.tally[layout.LOWEST]]
+    if (
+        rim >= 0
+        and not rules.to_rest
+        and (rules.draws or body.rim_poses[rim] == 1)
+        and rolls_upright(body, rules, work, rim, remaining_energy)
+    ):
+        ending = layout.TRAPPED if body.rim_poses[rim] == 1 else layout.ROLLING
+        return ending, int(body.rim_pose[rim])
     if not is_resting and remaining_energy >= highest_exit:
         return layout.UNSETTLED, -1
     pose = pose_below(body, layout.up_of(work.state), work.tally[layout.LOWEST])
@@ -146,37 +153,47 @@ def rolls_upright(
     body: layout.DropBody,
     rules: layout.DropRules,
     work: layout.Work,
+    rim: int,
     total_energy: float,
 ) -> bool:
-    """Whether the body rolls on a rim without the energy to tip over its edge.
+    """Whether the body rolls on a rim without the energy to tip over one of its ends.
 
-    Rolling upright about the axle a the body has w = a and v = -s, s = (a x c) . up,
-    with c where the axle is. The rest of its velocity is orthogonal to that in the
-    metric of the kinetic energy, so that the energies of both add up to the whole. On a
-    round rim of a body that is alike all round the plate's push has no moment about the
-    axle: the energy of the roll is for ever lost for tipping, and what is left must
-    reach the level of an edge. Facets, and masses beside the axle or askew to it, set
-    some of the roll free, the more the faster it can become. The plate moves up and
-    down under a part that rolls on facets. What bounces on a plate that moves at random
-    has (1 + e) / (1 - e) times the energy that the plate's own velocity is worth.
+    A rim is a ring of facets along an axis a. Rolling upright on it the body has w = a
+    and v = -s, s = (a x c) . up, with c where the axle is, or the corner that it tips
+    over. The rest of its velocity is orthogonal to that in the metric of the kinetic
+    energy, so that the energies of both add up to the whole. The height of the centre
+    of mass with the axis level goes with the roll, too. On a round rim of a body that
+    is alike all round the plate's push has no moment about the axle: the energy of the
+    roll is for ever lost for tipping, and what is left must reach the rise over an end.
+    Facets, and masses beside the axle or askew to it, set some of the roll free, the
+    more the faster it can become. The plate moves up and down under a part that rolls
+    on facets. What bounces on a plate that moves at random has (1 + e) / (1 - e) times
+    the energy that the plate's own velocity is worth. Where the centre of mass goes up
+    and down, the weight changes, and the height that the body has tipped by counts for
+    more, or less.
     """
     corner = work.tally[layout.LOWEST]
-    pose = body.roll_pose[corner]
-    if pose < 0:
-        return False
     up = layout.up_of(work.state)
-    axle = read_row(body.rim, pose, layout.AXLE)
-    if abs(dot(axle, up)) > body.rim[pose, layout.TILT]:
+    axle = read_row(body.rim, rim, layout.AXLE)
+    lean = dot(axle, up)
+    if abs(lean) > body.rim[rim, layout.TILT]:
         return False
-    arm = dot(read_row(body.rim, pose, layout.AXLE_MOMENT), up)
+    place = layout.corner_of(body, corner)
+    level_height = (lean * dot(axle, place) - dot(up, place)) / math.sqrt(
+        1.0 - lean * lean
+    )
+    arm = dot(read_row(body.roll_arm, corner, 0), up)
     momentum = dot(products(layout.moments_of(body), axle), layout.spin_of(work.state))
     momentum -= arm * work.state[layout.V]
-    roll = 0.5 * momentum * momentum / (body.rim[pose, layout.AXLE_INERTIA] + arm * arm)
-    freed = body.rim[pose, layout.BUMPS] * (
+    roll = 0.5 * momentum * momentum / (body.rim[rim, layout.AXLE_INERTIA] + arm * arm)
+    freed = body.rim[rim, layout.BUMPS] * (
         (1.0 + rules.restitution) / (1.0 - rules.restitution)
     )
-    freed = (freed + body.rim[pose, layout.SINGLE]) * (roll + body.roll_climb[corner])
-    return bool(total_energy - roll + freed < body.roll_level[corner] - TRAP)
+    freed += body.rim[rim, layout.SINGLE]
+    most_roll = roll + max(level_height - body.rim[rim, layout.LOWEST_LEVEL], 0.0)
+    across = total_energy - roll - level_height + freed * most_roll
+    across *= 1.0 + body.rim[rim, layout.SWING] * most_roll
+    return bool(across < body.rim[rim, layout.RISE] - TRAP)
 
 
 @inlined

@@ -43,6 +43,7 @@ FACE = 3
 UNSETTLED = 0
 TRAPPED = 1
 RESTING = 2
+ROLLING = 3  # for ever on a rim, whose poses are equally probable
 
 # contact (7,)
 CORNER = 0  # 0, 1, 2: a vertex
@@ -85,15 +86,15 @@ BALL_BEGIN = 0  # first corner
 BALL_END = 1  # last corner + 1
 BALL_NEXT = 2  # node that follows the subtree
 
-# columns of the rims (P, 10), zero for none
-AXLE = 0  # 0, 1, 2: its axis
-AXLE_MOMENT = (
-    3  # 3, 4, 5: axis times its place; along up, how fast a roll lowers the body
-)
-AXLE_INERTIA = 6  # moment of inertia about the axis through the centre of mass
-TILT = 7  # sine of the tilt at which the body tips over an edge
-BUMPS = 8  # share of a roll's energy that going on from facet to facet keeps free
-SINGLE = 9  # share that one facet, and what is not round about the axis, can set free
+# columns of the rims (R, 10)
+AXLE = 0  # 0, 1, 2: direction of its axis
+AXLE_INERTIA = 3  # moment of inertia about the axis through the centre of mass
+TILT = 4  # sine of the tilt at which the body tips over an end
+RISE = 5  # energy besides the roll's that tips it over an end, at least
+LOWEST_LEVEL = 6  # height of the centre of mass on the lowest facet
+BUMPS = 7  # share of a roll's energy that going on from facet to facet keeps free
+SINGLE = 8  # share that one facet, or an axis askew to the principal ones, sets free
+SWING = 9  # by how much a unit of a roll's energy multiplies that besides it, at most
 RIM = 10
 
 # columns of an outcome (k, 5) and its measures (k, 2)
@@ -141,10 +142,13 @@ class DropBody(NamedTuple):
     side_right: Index1  # (N,)
     pose_level: Array1  # (P,) level of each pose
     way_out: Array1  # (P,) level of the saddle that leads out of it
-    roll_pose: Index1  # (C,) pose of a roll on this corner's rim, -1 for none
-    roll_level: Array1  # (C,) energy besides the roll's with which it tips over the rim
-    roll_climb: Array1  # (C,) of that, height above the rim's lowest place
-    rim: Array2  # (P, 10) what a pose's rim does to a roll, see RIM
+    rim: Array2  # (R, 10) what a rim does to a roll, see RIM
+    rim_pose: Index1  # (R,) a pose that it has
+    rim_poses: Index1  # (R,) how many it has
+    corner_rim: Index1  # (C,) rim that a corner is on, -1 for none
+    # (C, 3) axis times the place that it rolls about; along up, how fast a roll lowers
+    # the body
+    roll_arm: Array2
     turn_limit: float  # radians by which a step near the plate turns the body at most
 
 
@@ -154,6 +158,7 @@ class DropRules(NamedTuple):
     restitution: float
     height: float  # of the centre of mass where it is released at rest, radii
     to_rest: bool  # go on when the outcome is decided
+    draws: bool  # end a roll for ever whose pose remains to be drawn
     truncation: float
     touching: float
     slow: float
