@@ -163,6 +163,7 @@ class JobReports(JobListener):
             seconds=flat(outcomes.seconds, "f"),
             energy_left=flat(outcomes.energy_left, "f"),
             stopped_at_trap=True,
+            drawn=outcomes.drawn.tolist(),
         )
         record.header.stamp = times.time_message(times.current_stamp())
         self._recorder.record(DROP_RECORDS, serialize_message(record))

@@ -53,7 +53,7 @@ INTERFACES = {
         "std_msgs/Header header, string job_id, string part_digest, "
         "uint64 first_drop, float32[] start_down, int32[] pose_index, "
         "uint32[] impacts, float32[] seconds, float32[] energy_left, "
-        "bool stopped_at_trap"
+        "bool stopped_at_trap, bool[] drawn"
     ),
     "msg/JobEvent": (
         "std_msgs/Header header, JobStatus status, bool part_forgotten, "
