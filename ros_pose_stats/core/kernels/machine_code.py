@@ -270,7 +270,7 @@ def shared_store() -> Path:
 
 
 def choose_shared_store() -> Path:
-    """Keep machine code for all users, here and in processes started; raises OSError."""
+    """Keep machine code for all users, here and in processes started; OSError."""
     store = shared_store()
     caches.make_folder(store)
     caches.refuse_untrusted(store)
