@@ -255,8 +255,8 @@ def _beside_deaf_clients(setting, trouble):
     return judged(
         calls,
         f"each answered, half within {1e3 * median(seconds):.0f} ms, 99 of 100 within "
-        f"{1e3 * _late(seconds):.0f}, at most {1e3 * seconds[-1]:.0f}; ended with status "
-        f"{status} after {ending:.1f} s",
+        f"{1e3 * _late(seconds):.0f}, at most {1e3 * seconds[-1]:.0f}; ended with "
+        f"status {status} after {ending:.1f} s",
         answers_come_soon=not setting.judges_times or _late(seconds) < HEARD_SECONDS,
         it_ends_well=status == 0,
         it_ends_soon=not setting.judges_times or ending < END_SECONDS,
@@ -294,14 +294,14 @@ ATTACKS = (
     ),
     Trial(
         "deaf clients",
-        "Five clients of one service that ask each second for what cannot be delivered, "
-        "and one that can hear",
+        "Five clients of one service that ask each second for what cannot be "
+        "delivered, and one that can hear",
         partial(_beside_deaf_clients, trouble=deaf_clients),
     ),
     Trial(
         "stopped clients",
-        "Five clients of one service that are stopped while they ask, and one that goes "
-        "on",
+        "Five clients of one service that are stopped while they ask, and one that "
+        "goes on",
         partial(_beside_deaf_clients, trouble=stopped_clients),
     ),
     _attack(
