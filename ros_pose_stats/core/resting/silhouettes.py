@@ -21,8 +21,15 @@ if TYPE_CHECKING:
 ALIKE = 0.01
 """Share of its area by which a silhouette may differ from one that it is like."""
 
-FINEST = 1e-4
-"""The least share, however small the pixels: rounding in files and yaws is below it."""
+FINEST = 5e-4
+"""The least share, however small the pixels: what follows is below it."""
+
+CHORD = 4e-4
+"""Of area over length: curves of an outline may be cut that far, of a disc into 160
+edges, which takes at most two thirds of that share of its area. Fine outlines have
+thousands of corners, and each look at a pair takes them all."""
+
+FITTED = 1e-3  # of the open area, to which the best fit is found
 
 RAYS = 1024
 RINGS = 64
@@ -32,7 +39,9 @@ CELL = np.pi * REACH * REACH / (RAYS * RINGS)
 in all yaws, and the area of a ring between two rays. What is beyond is not seen there.
 """
 
-MOST_YAWS = 4  # of those in which two silhouettes come near, the best
+MOST_YAWS = 4
+MOST_FITTED_YAWS = 2
+"""Of the yaws in which two silhouettes come near, the best, and the best of these."""
 
 MOST_GROUPS = 32
 MOST_FITTED = 24
@@ -54,9 +63,10 @@ def find_lookalikes(
 
     A picture shows an outline to a pixel. Two pictures of the same outline, with pixels
     that lie anyhow, differ by up to half a pixel along all of it: length x pixel / 2 of
-    area is open, of the shorter outline. It is never less than 0.01 % of the smaller
+    area is open, of the shorter outline. It is never less than 0.05 % of the smaller
     silhouette. Without a pixel 1 % of that is open, which is what a square of 200
-    pixels a side leaves.
+    pixels a side leaves. A pose in which the part rolls is seen as it lies lowest, and
+    of more than 32 groups the likeliest are looked at.
 
     Parameters
     ----------
@@ -263,7 +273,9 @@ def _silhouette(section: "CrossSection") -> Silhouette:
     moments += np.einsum("e,ei,ej->ij", cross, begin + end, begin + end)
     turn = 0.5 * math.atan2(2.0 * moments[0, 1], moments[0, 0] - moments[1, 1])
     centred = section.translate(tuple(-centroid)).rotate(-math.degrees(turn))
-    return Silhouette(centred, *_edges(centred))
+    whole = Silhouette(centred, *_edges(centred))
+    outline = centred.simplify(CHORD * whole.area / whole.length)
+    return Silhouette(outline, *_edges(outline))
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,9 +324,10 @@ class Comparison:
         """The same where the second one is moved and turned as well as can be."""
         from scipy.optimize import minimize  # slow to load, and few pairs need it
 
+        best_yaws = sorted(yaws, key=lambda yaw: self.differing_area((yaw, 0.0, 0.0)))
         way = self.open_area / self.first.area * self.first.reach
         steps = np.vstack((np.zeros(3), np.diag((2.0 * np.pi / RAYS, way, way))))
-        for yaw in yaws:
+        for yaw in best_yaws[:MOST_FITTED_YAWS]:
             simplex = steps + np.array((yaw, 0.0, 0.0))
             best = minimize(
                 self.differing_area,
@@ -322,7 +335,7 @@ class Comparison:
                 method="Nelder-Mead",
                 options={
                     "initial_simplex": simplex,
-                    "fatol": FINEST * self.open_area,
+                    "fatol": FITTED * self.open_area,
                     "xatol": math.inf,
                 },
             )

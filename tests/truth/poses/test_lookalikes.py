@@ -183,6 +183,17 @@ def test_holes_tell_the_sides_of_a_disc_apart():
     assert not on_its_faces(disc(*holes))
 
 
+def test_an_edge_may_run_through_the_centroid():
+    """Of a fork whose slot ends just there; a pocket parts its two faces."""
+    depth = 0.5 * (36.0 - math.sqrt(864.0))
+    ends = [(4.0, 6.0), (4.0, 6.0 - depth), (2.0, 6.0 - depth), (2.0, 6.0)]
+    fork = [(0.0, 0.0), (6.0, 0.0), (6.0, 6.0), *ends, (0.0, 6.0)]
+    body = Manifold.extrude(CrossSection([np.array(fork)]), 1.0)
+    pocket = Manifold.cube((1.0, 1.0, 1.0)).translate((0.5, 0.5, 0.5))
+    for turn in (0.0, 31.0):
+        assert on_its_faces(surface((body - pocket).rotate((0.0, 0.0, turn))))
+
+
 def test_neither_place_nor_size_matters():
     for number in (1, 4, 6):
         body = random_part(5, number)
