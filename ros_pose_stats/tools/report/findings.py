@@ -118,7 +118,7 @@ def investigate(
     keywords = asdict(scene)
     feeder.check(len(resting.poses))
     prepare_kernels()
-    answer = auto(part, **keywords)
+    answer = find_lookalikes(auto(part, **keywords), part, feeder.pixel)
     cell = None
     if feeder.cell is not None:
         cell = _plan_cell(part, scene, feeder, feeder.cell, answer, seed, on_progress)

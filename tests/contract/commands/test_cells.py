@@ -3,6 +3,7 @@
 The node's is set beside that of `feeding` in `tests/contract/node/test_questions.py`.
 """
 
+import math
 import re
 
 import pytest
@@ -26,6 +27,7 @@ TOGETHER = (
 PARTS = 12
 QUICK = (1, "singly"), (1, "plate")
 KICK = re.compile(r"mm: [\d.]+ a minute")
+RADIUS = 0.5 * math.hypot(0.04, 0.03, 0.0298)  # of the bar, metres
 UNKICKED = re.compile(r"not kicked, the best: [\d.]+ a minute")
 
 
@@ -67,6 +69,21 @@ def test_flips_and_feeding_say_the_same(part_of, number, name):
         assert lone["kick_height"] in (0.0, kick)
         if best["kick_height"] == 0.0:
             assert lone["kick_height"] == 0.0 and "flip" not in lone["actions"]
+
+
+def test_what_a_camera_mistakes_is_in_the_plan_of_the_page(bar, tmp_path):
+    """Wrong parts go the same way, so that fewer good ones come a minute."""
+    part = *bar, "--wanted", "0,1", "--flips", 20, *CELLS["quickly kicked"]
+    file = tmp_path / "a.html"
+    usual_kicks = [0.05 * RADIUS * 100.0 ** (k / 12) for k in range(13)]
+    kicks = "--kicks", 0.005, *usual_kicks
+    rate, sharp_rate = (
+        answer_json("feeding", *part, *pixel, *kicks)["per_minute"]["value"]
+        for pixel in ((), ("--pixel", "0.01mm"))
+    )
+    assert rate < 0.9 * sharp_rate
+    answer("report", *part, "--kick", 0.005, "--drops", 50, "-o", file)
+    assert f"{rate:#.3g} parts picked a minute (" in Page(file).text
 
 
 @pytest.mark.long
