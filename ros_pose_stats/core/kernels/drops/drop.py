@@ -193,7 +193,7 @@ def rolls_upright(
     most_roll = roll + max(level_height - body.rim[rim, layout.LOWEST_LEVEL], 0.0)
     across = total_energy - roll - level_height + freed * most_roll
     across *= 1.0 + body.rim[rim, layout.SWING] * most_roll
-    return bool(across < body.rim[rim, layout.RISE] - TRAP)
+    return bool(across < body.rim[rim, layout.TIPPING] - TRAP)
 
 
 @inlined
