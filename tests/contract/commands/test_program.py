@@ -126,8 +126,7 @@ for words in (["bag", {str(write_recorded(parts / "bag"))!r}, "--json"],
         (
             "estimate",
             "numba",
-            "trimesh networkx scipy.stats matplotlib mcap rclpy dask distributed "
-            "manifold3d",
+            "trimesh networkx scipy.stats matplotlib mcap rclpy dask distributed",
         ),
     ],
 )
