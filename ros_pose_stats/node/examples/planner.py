@@ -116,6 +116,9 @@ class ExamplePlanner(Node):
         )
         decided = f"{self.part.part_id}: pick {pick}, flip {flip}, leave {leave}"
         if decided != self.decided:
+            for warning in plan.warnings:
+                if warning.acts:
+                    self.get_logger().warning(f"{warning.code}: {warning.text}")
             print(
                 f"{decided}; {plan.parts_on_plate} parts, "
                 f"{1e3 * plan.kick_height:.3g} mm kicks: "

@@ -3,7 +3,7 @@
 import copy
 import math
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -41,10 +41,13 @@ def statistics_message(
     message.poses = [
         _pose_message(statistics.part_id, pose) for pose in statistics.poses
     ]
-    message.warnings = [
-        msg.Note(**warning._asdict()) for warning in statistics.warnings
-    ]
+    message.warnings = note_messages(statistics.warnings)
     return message
+
+
+def note_messages(warnings: Iterable[Note]) -> list[msg.Note]:
+    """The warnings as a message has them."""
+    return [msg.Note(**warning._asdict()) for warning in warnings]
 
 
 def fill_bounds(response: Any, **numbers: Sequence[float]) -> None:
@@ -57,7 +60,7 @@ def fill_bounds(response: Any, **numbers: Sequence[float]) -> None:
 def with_warning(message: msg.PoseStatistics, warning: Note) -> msg.PoseStatistics:
     """The same result with one more warning."""
     message_copy = copy.copy(message)  # which shares the poses
-    message_copy.warnings = [*message.warnings, msg.Note(**warning._asdict())]
+    message_copy.warnings = [*message.warnings, *note_messages([warning])]
     return message_copy
 
 

@@ -17,6 +17,7 @@ from ...core.planning.feeder_cell import FeederCell
 from ...core.planning.feeding_plan import FeedingPlan, plan_feeding
 from ...core.records import FlipStatistics, Part, PoseStatistics
 from ...core.records.notes import Note
+from ...core.records.scene import HIGHEST_KICK, height_warnings
 from ...core.resting.silhouettes import find_lookalikes
 from ...core.simulation.flips import check_kick, usual_kicks
 from ...core.statistics import feeding, pose_groups
@@ -31,7 +32,11 @@ from ..messages.codes import (
     NotDoneError,
     refusal_at_end,
 )
-from ..messages.statistics_messages import fill_bounds, statistics_of_message
+from ..messages.statistics_messages import (
+    fill_bounds,
+    note_messages,
+    statistics_of_message,
+)
 from ..parts import intake, part_builder
 from ..parts.known_part import KnownPart, LatchedResult
 from ..parts.registry import PartRegistry
@@ -229,7 +234,14 @@ class PlanFeedingServer(GoalServer[Plan]):
                 f"{cell_words[:1].upper()}{cell_words[1:]}.",
                 f"{feeding_plan.describe_gain()}.",
                 f"{basis}.",
-                *map(str, lookalikes),
+            ]
+        )
+        highest_kick = max(heights, default=0.0)
+        response.warnings = note_messages(
+            [
+                *statistics.warnings,
+                *lookalikes,
+                *height_warnings("kick", highest_kick, message.radius, HIGHEST_KICK),
             ]
         )
 

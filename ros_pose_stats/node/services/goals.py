@@ -20,6 +20,7 @@ from ..equipment import Equipment
 from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
 from ..messages.codes import describe_error, refuse
 from ..messages.part_messages import pack_array
+from ..messages.statistics_messages import note_messages
 from ..parts import part_builder
 from ..parts.intake import Intake
 from ..parts.registry import PartRegistry
@@ -198,7 +199,7 @@ class GoalServer(ABC, Generic[W]):
         result = self.result(work)
         result.success = work.state == State.DONE
         result.code = work.code
-        result.message = f"{work.message} {result.message}".strip()
+        result.message = work.message
         if result.success:
             goal.succeed()
         elif work.state == State.CANCELLED and goal.is_cancel_requested:
@@ -329,9 +330,7 @@ class SimulateFlipsServer(JobServer):
             return result
         for name in ("part_id", "part_digest", "restitution", "kick_height", "seed"):
             setattr(result, name, getattr(flips, name))
-        for warning in flips.warnings:
-            if warning.code == "HEIGHT_SUSPECT":
-                result.message = str(warning)
+        result.warnings = note_messages(flips.warnings)
         result.flips = pack_array(flips.counts.sum(axis=1) + flips.unsettled, "Q")
         result.unsettled = pack_array(flips.unsettled, "Q")
         result.transition = pack_array(flips.transition)

@@ -12,7 +12,7 @@ INTERFACES = {
         "string feeder_setting"
     ),
     "action/PlanFeeding.Result": (
-        "bool success, uint16 code, string message, float64 accepted, "
+        "bool success, uint16 code, string message, Note[] warnings, float64 accepted, "
         "float64 accepted_low, float64 accepted_high, float64 passes, "
         "float64 passes_low, float64 passes_high, float64 flips, "
         "float64 flips_low, float64 flips_high, float64 accepted_per_minute, "
@@ -43,7 +43,7 @@ INTERFACES = {
         "string part_id, float64 kick_height, uint64 drops, uint64 seed"
     ),
     "action/SimulateFlips.Result": (
-        "bool success, uint16 code, string message, string part_id, "
+        "bool success, uint16 code, string message, Note[] warnings, string part_id, "
         "string part_digest, float64 restitution, float64 kick_height, "
         "uint64 seed, uint64[] flips, uint64[] unsettled, float64[] transition, "
         "float64[] standard_error"

@@ -30,6 +30,10 @@ def goals(cell):
     goals_of_cell.close()
 
 
+def notes_of(result):
+    return [(note.code, note.text, note.acts) for note in result.warnings]
+
+
 def matrix(values):
     size = math.isqrt(len(values))
     return np.reshape(values, (size, size))
@@ -55,6 +59,13 @@ def test_the_matrix_is_the_library_s(goals, cell):
         3,
     )
     assert result.restitution == 0.5
+    assert notes_of(result) == [tuple(warning) for warning in expected.warnings]
+
+
+def test_an_absurd_kick_is_warned_of_with_a_code(goals, cell):
+    _, result = goals.send(part_id=known_part(cell), kick_height=2.0, drops=1).result()
+    assert result.message == ""
+    assert [code for code, _, acts in notes_of(result) if acts] == ["HEIGHT_SUSPECT"]
 
 
 def test_the_node_s_number_is_shared_out_and_no_kick_leaves_all_as_it_is(goals, cell):
