@@ -497,9 +497,10 @@ def test_with_outlines_from_above_poses_have_their_lookalikes(cell):
         assert not any(len(pose.alike_from_above) for pose in result.poses)
     answer = planned(cell, part_id=part_id, wanted=[0, 1], dropped_per_minute=RATE)
     assert list(answer.action) == [0, 0, 0, 0, 2, 2]
-    assert "ALIKE_FROM_ABOVE: poses 2, 3 look from above like poses 0, 1" in (
-        answer.message
-    )
+    [mistaken] = [
+        warning for warning in answer.warnings if warning.code == "ALIKE_FROM_ABOVE"
+    ]
+    assert "poses 2, 3 look from above like poses 0, 1" in mistaken.text
 
 
 def test_what_cannot_be_asked_is_refused(cell, washer):

@@ -39,6 +39,14 @@ def main():
     return cli.main()
 
 
+def thread_name(file):
+    """What a thread is called; nothing, if it has ended meanwhile."""
+    try:
+        return file.read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return ""
+
+
 def remains():
     """Threads of the participant, and its memory that can still be opened by others."""
     threads = Path("/proc/self/task").glob("*/comm")
@@ -49,7 +57,7 @@ def remains():
         and "_port" not in file
     ]
     return {
-        "threads": sum(thread.read_text().startswith("dds.") for thread in threads),
+        "threads": sum(thread_name(file).startswith("dds.") for file in threads),
         "locks": len(locks),
         "memory": [lock for lock in locks if not lock.endswith(" (deleted)")],
     }
