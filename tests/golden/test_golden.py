@@ -3,8 +3,8 @@ machine.
 
 One machine plays an older one that has another library of hulls: BLAS, the C library,
 numpy and LLVM are told to use what that has, and another hull is put in place of
-Qhull's. And Python computes every kernel itself. Counts, digests and words are exact; estimates, which may use the
-libraries, are so but for rounding (`comparing.ROUNDING`).
+Qhull's. And Python computes every kernel itself. Counts, digests and words are exact;
+estimates, which may use the libraries, are so but for rounding (`comparing.ROUNDING`).
 """
 
 import json

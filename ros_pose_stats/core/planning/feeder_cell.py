@@ -207,8 +207,8 @@ def faster_by_kick(
     """Poses (K,) in which a kick gets a part picked sooner than a new drop does.
 
     `pick_chance` (K,): that a part in each pose is rightly picked; else it is kicked,
-    where it `can_flip`, or another one is dropped. By policy iteration over the seconds of the cell that a part
-    takes; it ends where value iteration would.
+    where it `can_flip`, or another one is dropped. By policy iteration over the seconds
+    of the cell that a part takes; it ends where value iteration would.
     """
     miss_chance = 1.0 - pick_chance
     flips: Mask = np.zeros(pick_chance.size, dtype=np.bool_)

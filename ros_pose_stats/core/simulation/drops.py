@@ -38,8 +38,8 @@ class DropOutcomes(NamedTuple):
     trapped: Mask
     # (n,) bool; whether it was released touching the plate, for want of height
     touched: Mask
-    # (n,) bool; whether it was to roll on for ever over poses that symmetry makes equal,
-    # of which `pose` was drawn
+    # (n,) bool; whether it was to roll on for ever over poses that symmetry makes
+    # equal, of which `pose` was drawn
     drawn: Mask
 
     def first(self, count: int) -> "DropOutcomes":

@@ -111,8 +111,8 @@ def test_the_first_box_has_the_best_plan_and_not_the_kick_that_was_typed(
     kick = f"kicked by {1e3 * plan['kick_height']:.3g} mm"
     assert plan["kick_height"] not in (0.0, 0.02)
     assert (
-        f"{value:#.3g} parts picked a minute ({low:#.3g} to {high:#.3g}), {kick}, where "
-        f"60 can be dropped a minute: {plan['cell']}."
+        f"{value:#.3g} parts picked a minute ({low:#.3g} to {high:#.3g}), {kick}, "
+        f"where 60 can be dropped a minute: {plan['cell']}."
     ) in page.text
     without_kick, own = (
         next(

@@ -1,4 +1,4 @@
-"""Poses that look alike from above: closed forms, and points that are looked at singly."""
+"""Poses that look alike from above: closed forms, and points looked at singly."""
 
 import math
 from itertools import combinations
@@ -157,7 +157,7 @@ def test_a_hole_is_seen_at_two_places_if_it_is_large(radius, alike):
 
 
 def test_a_pixel_decides_whether_a_hole_is_seen():
-    """Two holes of 3 mm differ, and half a pixel along all edges of the plate is open."""
+    """Two holes of 3 mm differ; half a pixel along all edges of the plate is open."""
     body = plate(hole(1.5, 7.0, 5.0), hole(1.0, -8.0, 0.0, 9.0))
     pixel = 2.0 * 2.0 * math.pi * 1.5**2 / (140.0 + math.pi * 3.0)
     assert on_its_faces(body, 1.05 * pixel * MM)
@@ -204,7 +204,7 @@ def test_neither_place_nor_size_matters():
 
 
 class PolarPicture(NamedTuple):
-    """A silhouette as points (360 yaws, 40) about its centroid see it, in equal areas."""
+    """A silhouette as points (360 yaws, 40) about its centroid see it, equally."""
 
     seen: np.ndarray
     radius: float  # of the outermost points, metres

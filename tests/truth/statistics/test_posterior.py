@@ -435,7 +435,7 @@ def test_twice_the_error_of_a_plate_is_named_and_on_a_fitted_one_alone_told():
 
 @pytest.mark.parametrize("parts", [20, 40, 80, 160, 500, 3000])
 def test_the_node_sees_a_gap_at_the_counts_at_which_a_bag_does(parts):
-    """By Pearson's test of the groups, with the model's error in it, at a thousandth."""
+    """By Pearson's test of the groups, with the model's error in it, at .001."""
     counts = np.round(np.array([4, 2, 1, 1, 1, 1]) * parts / 10.0).astype(int)
     counts[0] += parts - counts.sum()
     for shift in (0.0, 0.1, 0.2):
@@ -454,7 +454,7 @@ def test_the_node_sees_a_gap_at_the_counts_at_which_a_bag_does(parts):
 
 
 def test_poses_that_the_camera_never_reports_are_named():
-    """One of 13 % is; that others of 10 and 5 % never come up may be the plate's doing."""
+    """One of 13 % is; that those of 10 and 5 % never come up may be the plate's."""
     model = predicted(0.01, plate_error=0.05)
     words = "the camera never reports pose 3, predicted 13.00 %"
     (note,) = told_by(observe_counts(model, [1600, 820, 580, 0, 0, 0]), model)
