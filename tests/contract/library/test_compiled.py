@@ -83,7 +83,7 @@ def test_after_compile_no_command_compiles(clamp, store, tmp_path):
         ["estimate", "--method", "all"],
         ["estimate", "--target-error", "0.02"],
         ["simulate", "--drops", "100"],
-        ["flips", "--kick", "0.03", "--flips", "100", "--drops", "100"],
+        ["flips", "--kick", "0.03", "--flips", "100"],
         ["report", "--output", tmp_path / "page.html"],
         ["animate", "--output", tmp_path / "drop.gif"],
     ):
