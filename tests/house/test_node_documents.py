@@ -122,7 +122,9 @@ def test_the_page_s_planner_runs(published, home, code):
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         exec(code.replace("/cad/", f"{home}/demo/"), {"__name__": "__main__"})
-    assert "clamp/0" in printed.getvalue() and "expected error" in printed.getvalue()
+    # Its two flats are next to equally probable: drops may put either first.
+    assert re.search("clamp/[01]", printed.getvalue())
+    assert "expected error" in printed.getvalue()
     assert "PlanFeeding" not in code or "clamp: pick [" in printed.getvalue()
 
 
