@@ -351,40 +351,52 @@ class Ring(NamedTuple):
 
 
 FEWEST_FACETS = 8  # of a ring; on fewer a roll ends before it could be told
+MOST_SIDES = 256  # of stable faces, the longest, that a ring may lie along
 
 
 def _find_rings(resting: poses.RestingPoses) -> Iterator[Ring]:
     """Rings along the axes of the body's runs, or along a side of a stable face."""
     body = resting.body
     face = body.arrays.face
+    axes = _axes_of_rings(resting)
+    along_axes = np.abs(vectors.turn_vectors(body.arrays.normal, axes.T)) < turns.LEVEL
+    is_candidate = along_axes.sum(axis=0) >= FEWEST_FACETS
+    seen_axes: list[Array] = []
+    for axis, is_ring in zip(
+        axes[is_candidate], along_axes.T[is_candidate], strict=True
+    ):
+        if any(
+            vectors.length(vectors.cross(axis, other)) < turns.LEVEL
+            for other in seen_axes
+        ):
+            continue
+        seen_axes.append(axis)
+        is_on_ring = is_ring[face]
+        is_ring_beyond = is_ring[face[body.arrays.twin]]
+        links = np.bincount(face[is_on_ring & is_ring_beyond], minlength=body.faces)
+        if (links[is_ring] == 2).all():
+            yield Ring(
+                axis,
+                np.flatnonzero(is_ring),
+                np.flatnonzero(is_on_ring),
+                np.flatnonzero(is_on_ring & ~is_ring_beyond),
+            )
+
+
+def _axes_of_rings(resting: poses.RestingPoses) -> Array:
+    """Directions (n, 3) along which a ring may lie, those of full runs first."""
+    body = resting.body
     run_axes = [run.axis for run in sorted(body.runs, key=lambda run: not run.full)]
     is_stable = np.zeros(body.faces, dtype=np.bool_)
     is_stable[resting.equilibria.faces] = True
-    sides = np.flatnonzero(is_stable[face])
+    sides = np.flatnonzero(is_stable[body.arrays.face])
     edges = (
         body.points[body.arrays.corner[body.arrays.twin[sides]]]
         - body.points[body.arrays.corner[sides]]
     )
     edges = edges[np.argsort(-vectors.lengths(edges), kind="stable")]
-    axes = np.vstack((*run_axes, edges / vectors.lengths(edges)[:, None]))
-    while axes.size:
-        axis = axes[0]
-        is_other = vectors.lengths(vectors.cross(axes, axis)) > turns.LEVEL
-        axes = axes[is_other]
-        is_ring = (
-            np.abs(vectors.components_along(body.arrays.normal, axis)) < turns.LEVEL
-        )
-        is_on_ring = is_ring[face]
-        is_ring_beyond = is_ring[face[body.arrays.twin]]
-        links = np.bincount(face[is_on_ring & is_ring_beyond], minlength=body.faces)
-        faces = np.flatnonzero(is_ring)
-        if faces.size >= FEWEST_FACETS and (links[faces] == 2).all():
-            yield Ring(
-                axis,
-                faces,
-                np.flatnonzero(is_on_ring),
-                np.flatnonzero(is_on_ring & ~is_ring_beyond),
-            )
+    edges = edges[:MOST_SIDES]
+    return np.vstack((*run_axes, edges / vectors.lengths(edges)[:, None]))
 
 
 def _rim_row(
