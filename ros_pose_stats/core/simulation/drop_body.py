@@ -180,7 +180,6 @@ def _prepare(
         rim_pose=rims.pose,
         rim_poses=rims.poses,
         corner_rim=rims.corner_rim,
-        roll_arm=rims.roll_arm,
         turn_limit=min(evolve.TURN, 2.0 * math.sqrt(LOW_CORNERS / corner.shape[0])),
     )
     return PreparedBody(resting, arrays, frame, turn, corner, is_rounded)

@@ -19,7 +19,6 @@ class RollingRims(NamedTuple):
     pose: Index  # (R,); a pose of each
     poses: Index  # (R,); how many it has, all of one unit
     corner_rim: Index  # (C,); rim that a corner is on, -1 for none
-    roll_arm: Array  # (C, 3); its axis times the place that it rolls about
 
 
 def find_rolling_rims(
@@ -35,7 +34,6 @@ def find_rolling_rims(
     rows: list[list[float]] = []
     rim_poses: list[Index] = []
     corner_rim = np.full(body.points.shape[0], -1)
-    roll_arm = np.zeros_like(body.points)
     for ring in _find_rings(resting):
         ring_poses = np.unique(resting.pose_of_face[ring.faces])
         unit = np.flatnonzero(resting.unit == resting.unit[ring_poses[0]])
@@ -47,11 +45,6 @@ def find_rolling_rims(
         if row is None:
             continue
         corner_rim[numbers] = len(rows)
-        # A vector product in principal axes, which may be left-handed.
-        axle, *places = vectors.turn_vectors(
-            np.vstack((ring.axis, body.points[numbers])), axes
-        )
-        roll_arm[numbers] = vectors.cross(axle, np.array(places))
         rows.append(row)
         rim_poses.append(ring_poses)
     return RollingRims(
@@ -59,7 +52,6 @@ def find_rolling_rims(
         np.array([int(poses[0]) for poses in rim_poses], dtype=np.int64),
         np.array([poses.size for poses in rim_poses], dtype=np.int64),
         corner_rim[corner],
-        roll_arm[corner],
     )
 
 

@@ -159,12 +159,12 @@ def rolls_upright(
     """Whether the body rolls on a rim without the energy to tip over one of its ends.
 
     A rim is a ring of facets along an axis a. Rolling upright on it the body has w = a
-    and v = -s, s = (a x c) . up, with c where the axle is, or the corner that it tips
-    over. The rest of its velocity is orthogonal to that in the metric of the kinetic
-    energy, so that the energies of both add up to the whole. The height of the centre
-    of mass with the axis level goes with the roll, too. On a round rim of a body that
-    is alike all round the plate's push has no moment about the axle: the energy of the
-    roll is for ever lost for tipping, and what is left must reach the rise over an end.
+    and v = -s, s = (a x c) . up, with c the corner that it goes over. The rest of its
+    velocity is orthogonal to that in the metric of the kinetic energy, so that the
+    energies of both add up to the whole. The height of the centre of mass with the axis
+    level goes with the roll, too. On a round rim of a body that is alike all round the
+    plate's push has no moment about the axle: the energy of the roll is for ever lost
+    for tipping, and what is left must reach the rise over an end.
     Facets, and masses beside the axle or askew to it, set some of the roll free, the
     more the faster it can become. The plate moves up and down under a part that rolls
     on facets. What bounces on a plate that moves at random has (1 + e) / (1 - e) times
@@ -182,7 +182,7 @@ def rolls_upright(
     level_height = (lean * dot(axle, place) - dot(up, place)) / math.sqrt(
         1.0 - lean * lean
     )
-    arm = dot(read_row(body.roll_arm, corner, 0), up)
+    arm = dot(cross(axle, place), up)
     momentum = dot(products(layout.moments_of(body), axle), layout.spin_of(work.state))
     momentum -= arm * work.state[layout.V]
     roll = 0.5 * momentum * momentum / (body.rim[rim, layout.AXLE_INERTIA] + arm * arm)

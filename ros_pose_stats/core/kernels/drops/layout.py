@@ -146,9 +146,6 @@ class DropBody(NamedTuple):
     rim_pose: Index1  # (R,) a pose that it has
     rim_poses: Index1  # (R,) how many it has
     corner_rim: Index1  # (C,) rim that a corner is on, -1 for none
-    # (C, 3) axis times the place that it rolls about; along up, how fast a roll lowers
-    # the body
-    roll_arm: Array2
     turn_limit: float  # radians by which a step near the plate turns the body at most
 
 
