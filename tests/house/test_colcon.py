@@ -156,6 +156,20 @@ def bare_environment(tmp_path_factory):
     return python, packages
 
 
+def printed_by(command, folder, environment):
+    """What a command prints that is to succeed there, in that environment alone."""
+    outcome = subprocess.run(
+        command,
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert outcome.returncode == 0, outcome.stdout + outcome.stderr
+    return outcome.stdout
+
+
 @pytest.mark.long
 def test_wheel_and_built_messages_are_a_node_that_answers(
     workspace, bare_environment, tmp_path
@@ -173,16 +187,7 @@ def test_wheel_and_built_messages_are_a_node_that_answers(
     }
 
     def run(*words):
-        outcome = subprocess.run(
-            [python, *words],
-            cwd=tmp_path,
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert outcome.returncode == 0, outcome.stdout + outcome.stderr
-        return outcome.stdout
+        return printed_by([python, *words], tmp_path, environment)
 
     places = "print(ros_pose_stats.__path__[0], ros_pose_stats_msgs.__path__[0])"
     imported = run("-c", f"import ros_pose_stats, ros_pose_stats_msgs; {places}")
@@ -203,16 +208,7 @@ def test_a_wheel_has_all_that_the_command_needs(bare_environment, tmp_path):
     command = python.with_name("ros_pose_stats")
 
     def run(*words):
-        outcome = subprocess.run(
-            [command, *words],
-            cwd=tmp_path,
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert outcome.returncode == 0, outcome.stderr
-        return outcome.stdout
+        return printed_by([command, *words], tmp_path, environment)
 
     run("shapes", "parts")
     answer = json.loads(run("estimate", "parts/clamp.stl", "--unit", "mm", "--json"))
