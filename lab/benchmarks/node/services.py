@@ -7,9 +7,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import numpy as np
+from ros_pose_stats_msgs.msg import PartMesh
+
 from lab.bodies.curved import Body
 from lab.frame.results import Row, Section, Target
 from lab.frame.timing import Contender, Pace, Timings, race
+from ros_pose_stats import part_from_mesh
 from tests.contract.node.harness.jobs import finished, start
 from tests.contract.node.harness.parts import flat
 
@@ -112,7 +116,7 @@ def _contenders(
         calls.start(
             "start, carried part, new mesh",
             lambda: carried(NEW, larger(vertices)),
-            part_id=NEW,
+            is_new=True,
         ),
     ]
 
@@ -126,7 +130,7 @@ class Calls:
         self._client = client
         self._listener = listener
         self._job_id = ""
-        self._part_id = ""
+        self._new_mesh: Any = None
 
     def ask(self, name: str, service: str, client=None, **fields: Any) -> Contender:
         """A call that leaves nothing behind, of the node or another client's node."""
@@ -134,28 +138,36 @@ class Calls:
         return Contender(name, lambda _: call(service, **fields), self._settle)
 
     def start(
-        self, name: str, fields: Callable[[], dict[str, Any]], part_id: str = ""
+        self, name: str, fields: Callable[[], dict[str, Any]], is_new: bool = False
     ) -> Contender:
-        """Start a job; `part_id`: of a new part, whose estimate is waited for later."""
+        """Start a job; the estimate of a mesh that is new is waited for afterwards."""
 
         def prepare() -> dict[str, Any]:
             self._settle()
             self._listener.forget()
-            self._part_id = part_id
             return {**fields(), "seed": next(jobs.SEEDS)}
 
         def call(values: dict[str, Any]) -> None:
             answer = self._client.good("start_drop_simulation", **values)
             self._job_id = answer.job_id
+            self._new_mesh = values["part"] if is_new else None
 
         return Contender(name, call, prepare)
 
     def _settle(self) -> None:
         if self._job_id:
             jobs.end(self._client, self._job_id)
-        if self._part_id:
-            self._listener.wait(self._part_id)
-        self._job_id = self._part_id = ""
+        if self._new_mesh is not None:
+            self._listener.wait(_digest(self._new_mesh))
+        self._job_id = ""
+        self._new_mesh = None
+
+
+def _digest(mesh: PartMesh) -> str:
+    """What every result of such a mesh tells of it."""
+    corners = np.reshape(mesh.vertices, (-1, 3))
+    triangles = np.reshape(mesh.triangles, (-1, 3))
+    return part_from_mesh(corners, triangles).digest
 
 
 def _row(timings: Timings, key: str, load: str) -> Row:
