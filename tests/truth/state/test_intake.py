@@ -2,12 +2,11 @@
 
 import os
 import threading
-import time
 import weakref
 from collections import Counter
 from functools import partial
 from types import SimpleNamespace
-from unittest.mock import MagicMock, Mock
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -16,8 +15,6 @@ from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import (
     Code,
-    JobEvent,
-    JobStatus,
     PoseCounts,
     PoseStatistics,
     StablePose,
@@ -30,27 +27,21 @@ from ros_pose_stats.base.errors import BatchError, MeshError, RequestError
 from ros_pose_stats.base.worker import WorkerProcess
 from ros_pose_stats.core.mesh.bodies.overlap import TakesLongError
 from ros_pose_stats.core.records.scene import DropScene, Numbering
-from ros_pose_stats.node import camera_counts, state as states
 from ros_pose_stats.node.answering_node import advance, answer_request
-from ros_pose_stats.node.equipment import Equipment
-from ros_pose_stats.node.jobs import JobListener, JobRequest, Jobs, State, job_reports
 from ros_pose_stats.node.jobs.refinement import Refinement
-from ros_pose_stats.node.lanes import Lane, Lanes, Rank, finished_future
+from ros_pose_stats.node.lanes import Lane, Lanes, Rank
 from ros_pose_stats.node.messages.codes import refusal_at_end
 from ros_pose_stats.node.messages.part_requests import PartRequest
-from ros_pose_stats.node.parts.channel import Channel
 from ros_pose_stats.node.parts.intake import LARGE_BYTES, Intake
 from ros_pose_stats.node.parts.known_part import (
-    Commons,
-    KnownPart,
-    LatchedResult,
     PartSource,
 )
 from ros_pose_stats.node.parts.part_counts import Ground, PartCounts, Tally
 from ros_pose_stats.node.parts.registry import PartRegistry
 from ros_pose_stats.node.services.plate_fits import PlateFits
 
-NODE_SCENE = (-1.0, -1.0)  # of a part that has no scene of its own
+from .parts import equipment_of, known_part
+
 TETRAHEDRON = (
     [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
     [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
@@ -63,19 +54,6 @@ def lanes():
     queue.start()
     yield queue
     queue.close()
-
-
-def equipment_of(lanes=None, state=None, node=None, **settings):
-    return Equipment(
-        node or Mock(), lambda: SimpleNamespace(**settings), state, None, Mock(), lanes
-    )
-
-
-def known_part(source, equipment=None, part_id="clamp"):
-    equipment = equipment or equipment_of()
-    commons = Commons(equipment, list)
-    channel = Channel(equipment, list)
-    return KnownPart(commons, channel, part_id, "", b"", NODE_SCENE, source)
 
 
 def occupied(lanes, lane):
@@ -393,149 +371,3 @@ def test_a_part_that_the_end_of_the_node_keeps_from_being_shown_again_is_not_for
     with pytest.raises(RequestError, match="running node"):
         intake.restored[0].result(60.0)
     parts.forget.assert_not_called()
-
-
-def test_whoever_hears_that_a_job_has_ended_finds_its_place_free():
-    def submit(seed):
-        return jobs.submit(
-            JobRequest("clamp", b"", DropScene(), 1, seed, 0.0, 600.0),
-            finished_future(Mock()),
-            Mock(max_queued_jobs=0),
-        )
-
-    may_end = threading.Event()
-    jobs = Jobs(
-        "run",
-        JobListener(),
-        print,
-        lambda *_: Mock(drops=1, warnings=(), seconds=may_end.wait(60.0)),
-    )
-    first = submit(1)
-    heard = []
-    first.finished.add_done_callback(lambda _: heard.append(submit(2)))
-    may_end.set()
-    while not first.finished.done() or jobs.running_job is first:
-        time.sleep(0.01)
-    assert heard and heard[0].finished.result(60.0) is None
-    jobs.close("")
-
-
-def test_a_refinement_that_gave_way_begins_again_though_the_client_cancels():
-    runs = []
-
-    def compute(job, part, listener, stop):
-        runs.append(job.job_id)
-        if len(runs) == 1:
-            foreground = submit(refinement=False)
-            assert stop.is_due()
-            jobs.cancel(foreground.job_id, "cancelled by a client")
-        complete = not stop.is_due()
-        return stop.judge(Mock(drops=100 if complete else 1, warnings=()), complete, "")
-
-    def submit(refinement):
-        return jobs.submit(
-            JobRequest("clamp", b"", DropScene(), 100, 1, 0.0, 600.0, refinement),
-            finished_future(Mock()),
-            Mock(max_queued_jobs=1),
-        )
-
-    jobs = Jobs("run", JobListener(), print, compute)
-    refinement = submit(refinement=True)
-    refinement.finished.result(60.0)
-    assert runs == [refinement.job_id] * 2
-    assert (refinement.state, refinement.drops_done) == (State.DONE, 100)
-    jobs.close("")
-
-
-@pytest.mark.filterwarnings(
-    "ignore::DeprecationWarning"
-)  # of a library that reads messages
-@pytest.mark.parametrize("lost", range(1, 5))
-def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
-    """A goal's only answer, its result, says what that lost, but for the start of the
-    run.
-    """
-    state = states.State(tmp_path / "one.sqlite3")
-    had = []
-
-    def record(topic, data):
-        had.append(
-            [row[1] for row in state.rows("jobs")]
-            + [row[5] for row in state.rows("counts")]
-        )
-        return len(had) - 1 != lost
-
-    equipment = equipment_of(state=state, node=MagicMock(), plate="")._replace(
-        recorder=Mock(record=record, last_problem="no room")
-    )
-    result = PoseStatistics(
-        cluster_tolerance=0.0025, round_sides=192, poses=[StablePose()]
-    )
-    part = known_part(PartSource(Mock()), equipment)
-    part.latched = LatchedResult(result, result, DropScene())
-    part.results.number = lambda *_: result
-    parts = Mock(current=lambda name: part)
-    reports = job_reports.JobReports(equipment, parts)
-    state.commit(
-        state.put(
-            job_reports.job_change(
-                JobEvent(status=JobStatus(job_id="run_0000", state=JobStatus.RUNNING))
-            )
-        )
-    )
-    reports.restore()
-    outcome = Mock(drops=9, expected_error=0.1, drop_height=None, warnings=())
-    jobs = Jobs("run", reports, pytest.fail, lambda *_: outcome)
-    job = jobs.submit(
-        JobRequest("clamp", b"", DropScene(), 9, 1, 0.0, 600.0),
-        finished_future(part),
-        Mock(max_queued_jobs=1),
-    )
-    job.finished.result(60.0)
-    jobs.close("")
-    camera_counts.Cameras(equipment, parts)
-    kind, _, take = equipment.node.create_subscription.call_args_list[2].args[:3]
-    equipment.node.create_subscription().handle.take_message.return_value = None
-    three = kind(part_id="clamp", index=[0], count=[3])
-    take(
-        serialize_message(three),
-        {"publication_sequence_number": 1, "source_timestamp": 1},
-    )
-    warnings = reports.answer_of(job.job_id).warnings
-    state.close()
-    assert had == [
-        [4],
-        [4, 1],
-        [4, 1],
-        [4, 3],
-        [4, 3],
-        [4, 3, (3).to_bytes(8, "little")],
-    ]
-    assert sum(warning.code == "NOT_RECORDED" for warning in warnings) == (lost != 2)
-
-
-def test_the_newest_results_of_ended_jobs_are_kept_within_256_mebibytes():
-    """Of older ones the end is known."""
-    rows = {
-        name: (
-            name,
-            JobStatus.DONE,
-            serialize_message(
-                JobEvent(status=JobStatus(job_id=name, state=JobStatus.DONE))
-            ),
-            bytes(2**27),
-        )
-        for name in ("run_0001", "run_0002", "run_0003")
-    }
-    state = Mock(
-        rows=lambda table: list(rows.values()),
-        get=lambda table, name: rows[name],
-        put=lambda change: rows.update({change.key: change.row}),
-    )
-    reports = job_reports.JobReports(equipment_of(state=state), None)
-    reports.restore()
-    assert [len(row[3]) for row in rows.values()] == [0, 2**27, 2**27]
-    assert (
-        list(reports.ends) == list(rows)
-        and reports.answer_of("run_0001") == PoseStatistics()
-    )

@@ -1,0 +1,23 @@
+"""Parts of a node that is not there, and what they work with."""
+
+from types import SimpleNamespace
+from unittest.mock import Mock
+
+from ros_pose_stats.node.equipment import Equipment
+from ros_pose_stats.node.parts.channel import Channel
+from ros_pose_stats.node.parts.known_part import Commons, KnownPart
+
+NODE_SCENE = (-1.0, -1.0)  # of a part that has no scene of its own
+
+
+def equipment_of(lanes=None, state=None, node=None, **settings):
+    return Equipment(
+        node or Mock(), lambda: SimpleNamespace(**settings), state, None, Mock(), lanes
+    )
+
+
+def known_part(source, equipment=None, part_id="clamp"):
+    equipment = equipment or equipment_of()
+    commons = Commons(equipment, list)
+    channel = Channel(equipment, list)
+    return KnownPart(commons, channel, part_id, "", b"", NODE_SCENE, source)
