@@ -147,125 +147,35 @@ def requests_of_part(file, radius):
         if file.suffix.lower() in DECLARED
         else ["--unit", UNITS.get(file.name, "mm")]
     )
-    part = [file, *unit]
-    requests = {
-        "methods": ["estimate", *part, "--method", "all"],
-        "split low": [
-            "estimate",
-            *part,
-            "--method",
-            "split",
-            "--restitution",
-            "0.2",
-            "--drop-height",
-            repr(2.0 * radius),
-        ],
-        "split bouncy": [
-            "estimate",
-            *part,
-            "--method",
-            "split",
-            "--restitution",
-            "0.8",
-        ],
-        "each face": [
-            "estimate",
-            *part,
-            "--method",
-            "meae",
-            "--cluster-tolerance",
-            "0",
-            "--round-sides",
-            "0",
-        ],
-        "hybrid": [
-            "estimate",
-            *part,
-            "--method",
-            "hybrid",
-            "--drops",
-            "100",
-            "--seed",
-            "6",
-        ],
-        "few": [
-            "simulate",
-            *part,
-            "--drops",
-            "3",
-            "--seed",
-            "11",
-            "--restitution",
-            "0.5",
-        ],
+    lines = {
+        "methods": "estimate --method all",
+        "split low": "estimate --method split --restitution 0.2 "
+        f"--drop-height {2.0 * radius!r}",
+        "split bouncy": "estimate --method split --restitution 0.8",
+        "each face": "estimate --method meae --cluster-tolerance 0 --round-sides 0",
+        "hybrid": "estimate --method hybrid --drops 100 --seed 6",
+        "few": "simulate --drops 3 --seed 11 --restitution 0.5",
     }
     for name, restitution, radii in SCENES:
-        for seed in ("1", "2", "3"):
-            requests[f"drops {name} {seed}"] = [
-                "simulate",
-                *part,
-                "--drops",
-                "300",
-                "--seed",
-                seed,
-                "--restitution",
-                restitution,
-                "--drop-height",
-                repr(radii * radius),
-            ]
+        for seed in (1, 2, 3):
+            lines[f"drops {name} {seed}"] = (
+                f"simulate --drops 300 --seed {seed} --restitution {restitution} "
+                f"--drop-height {radii * radius!r}"
+            )
     if file.stem in DESIGNED:
-        wanted_poses = ["--wanted", DESIGNED[file.stem]]
-        requests |= {
-            "auto": ["estimate", *part, "--target-error", "0.02", "--seed", "6"],
-            "target": [
-                "simulate",
-                *part,
-                "--target-error",
-                "0.03",
-                "--drops",
-                "5000",
-                "--seed",
-                "6",
-            ],
-            "flips": [
-                "flips",
-                *part,
-                "--kick",
-                repr(radius),
-                "--flips",
-                "200",
-                "--seed",
-                "4",
-                *wanted_poses,
-            ],
-            "feeding": [
-                "feeding",
-                *part,
-                "--plate",
-                repr(12.0 * radius),
-                repr(9.0 * radius),
-                "--kicks",
-                repr(0.5 * radius),
-                repr(radius),
-                "--flips",
-                "100",
-                "--seed",
-                "4",
-                *wanted_poses,
-            ],
-            "sensitivity": [
-                "sensitivity",
-                *part,
-                *wanted_poses,
-                "--checks",
-                "2",
-                "--drops",
-                "300",
-                "--seed",
-                "4",
-            ],
+        wanted = f"--wanted {DESIGNED[file.stem]}"
+        lines |= {
+            "auto": "estimate --target-error 0.02 --seed 6",
+            "target": "simulate --target-error 0.03 --drops 5000 --seed 6",
+            "flips": f"flips --kick {radius!r} --flips 200 --seed 4 {wanted}",
+            "feeding": f"feeding --plate {12.0 * radius!r} {9.0 * radius!r} "
+            f"--kicks {0.5 * radius!r} {radius!r} --flips 100 --seed 4 {wanted}",
+            "sensitivity": f"sensitivity {wanted} --checks 2 --drops 300 --seed 4",
         }
-    return requests
+    return {
+        name: [line.split()[0], file, *unit, *line.split()[1:]]
+        for name, line in lines.items()
+    }
 
 
 def prefix_of(file):
