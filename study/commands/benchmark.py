@@ -45,7 +45,6 @@ FOLDER: dict[str, Any] = {
     "help": "directory into which the page, its numbers and its figures are written",
 }
 FIGURE_ENDINGS = (".png", ".svg")
-FIGURE_ENDINGS = (".png", ".svg")
 
 
 def _count(default: int, meaning: str) -> dict[str, Any]:
