@@ -58,6 +58,12 @@ class CameraCounts:
         total = self.classified + self.unclassified
         return self.unclassified / total if total else math.nan
 
+    def are_of(self, part_id: str, part_digest: str) -> bool:
+        """Whether they are of a part: by its digest, or its name if they have none."""
+        if self.part_digest:
+            return part_digest == self.part_digest
+        return part_id == self.part_id
+
     def take(self, other: "CameraCounts") -> None:
         """Add other counts of the same."""
         self.begin = min(self.begin, other.begin)

@@ -132,7 +132,9 @@ def _compare_counts(
 ) -> tuple[PartRecord | None, CountComparison]:
     """Which part, if any, counts belong to, and what they are compared with."""
     # With the counts' digest, or without one their name; the same name first.
-    candidates = [part for part in parts if _is_counted(part, counts)]
+    candidates = [
+        part for part in parts if counts.are_of(part.part_id, part.part_digest)
+    ]
     candidates.sort(
         key=lambda part: (part.part_id != counts.part_id, not part.histories)
     )
@@ -161,12 +163,6 @@ def _compare_counts(
         f"counted at {counts.numbering}, results are at {numberings or 'none'}: the "
         "same index is not the same pose",
     )
-
-
-def _is_counted(part: PartRecord, counts: CameraCounts) -> bool:
-    if counts.part_digest:
-        return part.part_digest == counts.part_digest
-    return part.part_id == counts.part_id
 
 
 def _compare(prediction: Prediction, counts: Index, poses: PoseTable) -> Comparison:

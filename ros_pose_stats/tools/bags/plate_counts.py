@@ -36,7 +36,9 @@ def counts_on_plate(
     counted_parts = []
     notes = []
     for counts in plate_counts:
-        candidates = [part for part in parts if _is_counted(part, counts)]
+        candidates = [
+            part for part in parts if counts.are_of(part.part_id, part.digest)
+        ]
         problem = _problem(counts, candidates)
         if not problem:
             try:
@@ -67,13 +69,6 @@ def _read_parts_of(
         if not missing_digests:
             break
     return parts.values()
-
-
-def _is_counted(part: Part, counts: CameraCounts) -> bool:
-    """Whether counts are of a part: by its digest, or its name where they have none."""
-    if counts.part_digest:
-        return part.digest == counts.part_digest
-    return part.part_id == counts.part_id
 
 
 def _problem(counts: CameraCounts, candidates: Sequence[Part]) -> str:
