@@ -195,7 +195,7 @@ def _projection_axes(points: Array, loops: Sequence[Index]) -> Array:
         normal = np.cross(longest_spoke, np.eye(3)[np.abs(longest_spoke).argmin()])
     second_axis = np.cross(normal, direction)
     axes = np.array([np.cross(second_axis, normal), second_axis])
-    return (axes / vectors.lengths(axes)[:, None]).T
+    return vectors.unit_vectors(axes).T
 
 
 def _hull_volume(corners: Array) -> float:

@@ -316,8 +316,6 @@ def order_like_trimesh(placed: list[Reference]) -> list[Reference]:
     """References in trimesh's order, which makes the digest.
 
     The first object, then the others from the last one on, instances together.
-
-    So trimesh has it, and the order makes the digest.
     """
     by_object: dict[tuple[str, str], list[Reference]] = {}
     for reference in placed:

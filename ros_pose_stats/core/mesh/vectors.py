@@ -28,6 +28,12 @@ def lengths(vectors: Array) -> Array:
     return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
+def unit_vectors(vectors: Array) -> Array:
+    """Vectors (n, 3) scaled to length one; zeros stay."""
+    length = lengths(vectors)
+    return np.asarray(vectors / np.where(length > 0.0, length, 1.0)[:, None])
+
+
 def cross(a: Array, b: Array) -> Array:
     """Vector products of vectors, each (n, 3) or (3,), quickly."""
     x, y, z = a.T
@@ -62,9 +68,7 @@ def loop_area(corners: Array) -> Array:
 
 def loop_normal(corners: Array) -> Array:
     """Unit normal of a loop (n, 3); zeros where it has no area."""
-    area = loop_area(corners)
-    length = float(lengths(area[None])[0])
-    return area / length if length > 0.0 else area
+    return np.asarray(unit_vectors(loop_area(corners)[None])[0])
 
 
 def surface_area(points: Array, triangles: Corners) -> float:

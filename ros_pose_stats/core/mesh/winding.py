@@ -257,10 +257,10 @@ def find_crossings(
     direction = np.where(above_begin[row, column], 1, -1)
     np.add.at(winding, row[crosses], direction[crosses])
     crossed = np.flatnonzero(winding)
-    return crossed, _heights(vertices[triangles[crossed]], x, y), winding[crossed]
+    return crossed, heights_at(vertices[triangles[crossed]], x, y), winding[crossed]
 
 
-def _heights(corners: Array, x: float, y: float) -> Array:
+def heights_at(corners: Array, x: Array | float, y: Array | float) -> Array:
     """Evaluate z at (x, y) on planes of triangles (k, 3, 3), within their corners."""
     a = corners[:, 0]
     u = corners[:, 1] - corners[:, 0]

@@ -5,7 +5,7 @@ simulation see of a part, besides its mass properties. Lengths are scaled by the
 radius and positions are relative to the centre of mass, in part axes.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from .. import tolerances
 from ..kernels.body.convex_body import BodyArrays, build_body
 from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import Facets, hull_of_corners, hull_of_part
-from ..mesh.vectors import lengths, scatter
+from ..mesh.vectors import lengths, scatter, unit_vectors
 from ..records import Array, Index, Part
 from . import reshaping, rims, round_surfaces, strips, thinning
 
@@ -73,7 +73,7 @@ def foot_directions(body: ConvexBody, sides: Index) -> Array:
         begin
         + np.clip(-(begin * direction).sum(axis=1)[:, None], 0.0, length) * direction
     )
-    return np.asarray(foot / lengths(foot)[:, None])
+    return unit_vectors(foot)
 
 
 def body_of(part: Part, round_sides: int) -> ConvexBody:
@@ -82,32 +82,14 @@ def body_of(part: Part, round_sides: int) -> ConvexBody:
 
 
 def keep_body(part: Part, body: ConvexBody, round_sides: int) -> None:
-    """Store a body that was made on another way, for `convex_body` to return."""
+    """Store a body that was made on another way, for `body_of` to return."""
     part.keep_all({(_build, round_sides): body})
 
 
 def _build(part: Part, round_sides: int) -> ConvexBody:
     """Body with round surfaces as polygons, its radius the file's if that can be."""
-    if not round_sides:  # points about the centre of mass, in radii
-        qhull, shift, unit = hull_of_part(part)
-        points = qhull.points[qhull.vertices] + (shift - part.center_of_mass) / unit
-        radius = float(lengths(points).max())
-        points /= radius
-        points.flags.writeable = False
-        scale = radius * unit
-        arrays, tolerance = build_polyhedron(
-            points, *_triangles(qhull), part.rounding / scale
-        )
-        return ConvexBody(
-            scale,
-            points,
-            arrays,
-            tolerance,
-            (),
-            np.full(len(arrays.area), -1),
-            0,
-            False,
-        )
+    if not round_sides:
+        return _body_of_file(part)
     original = body_of(part, 0)
     scale = original.radius
     points = original.points
@@ -125,16 +107,12 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
     outline = reshaping.reshape(points, arrays, groups, round_sides)
     thinning.thin_out(outline, arrays, round_sides)
     if not (outline.changed or outline.added):
-        runs = tuple(chain.as_run(1.0) for chain in outline.chains)
-        return ConvexBody(
-            scale,
-            points,
-            arrays,
-            tolerance,
-            runs,
-            strips.number_strips(points, arrays, groups, outline.chains),
-            0,
-            False,
+        return replace(
+            original,
+            arrays=arrays,
+            tolerance=tolerance,
+            runs=tuple(chain.as_run(1.0) for chain in outline.chains),
+            run_of_face=strips.number_strips(points, arrays, groups, outline.chains),
         )
     points, chains = outline.compacted()
     # A rim off the centre of mass may reach a little farther between the corners of the
@@ -160,6 +138,21 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
         outline.rounded,
         outline.changed,
     )
+
+
+def _body_of_file(part: Part) -> ConvexBody:
+    """Body as the file has it, about the centre of mass and in radii."""
+    qhull, shift, unit = hull_of_part(part)
+    points = qhull.points[qhull.vertices] + (shift - part.center_of_mass) / unit
+    radius = float(lengths(points).max())
+    points /= radius
+    points.flags.writeable = False
+    scale = radius * unit
+    arrays, tolerance = build_polyhedron(
+        points, *_triangles(qhull), part.rounding / scale
+    )
+    no_strips = np.full(len(arrays.area), -1)
+    return ConvexBody(scale, points, arrays, tolerance, (), no_strips, 0, False)
 
 
 def _triangles(qhull: Facets) -> tuple[Index, Index]:

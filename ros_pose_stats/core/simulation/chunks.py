@@ -30,7 +30,7 @@ NICENESS = 10  # of workers in the background
 class DropWorkers:
     """Threads that compute the drops of one simulation.
 
-    `drop`: from the first drop and a count to their outcomes; `wanted`: see
+    `drop`: from the first drop and a count to their outcomes; `requested_drops`: see
     `request_drops`.
     """
 

@@ -158,7 +158,7 @@ def _check_starts(starts: ArrayLike) -> Array:
             "no row may be zero, infinite or NaN",
         )
     scaled = directions / largest[:, None]  # whose squares neither overflow nor vanish
-    return np.asarray(scaled / vectors.lengths(scaled)[:, None])
+    return vectors.unit_vectors(scaled)
 
 
 def _check_integer(name: str, value: Any) -> int:

@@ -90,6 +90,4 @@ def _frame(first: Array, second: Array) -> Array:
     Zeros where both are along each other.
     """
     across = vectors.cross(first, second)
-    rows = np.stack((first, across, vectors.cross(first, across)))
-    length = vectors.lengths(rows)
-    return np.asarray(rows / np.where(length > 0.0, length, 1.0)[:, None])
+    return vectors.unit_vectors(np.stack((first, across, vectors.cross(first, across))))

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...records import Array, Index
 from ...tolerances import OVERLAP
+from ..winding import heights_at
 
 _LINES = 64
 """Lines along each side of the part: several of 64 x 64 meet the thousandth of a volume
@@ -40,7 +41,7 @@ def share_enclosed_twice(points: Array, triangles: Index, lines: int = _LINES) -
     sense = _senses(on_grid, triangles[triangle], line)
     is_crossed = sense != 0
     line = line[is_crossed]
-    height = _heights(on_grid[triangles[triangle[is_crossed]]], line)
+    height = heights_at(on_grid[triangles[triangle[is_crossed]]], *line.T)
     order = np.lexsort((height, line[:, 1], line[:, 0]))
     line = line[order]
     # A line that rises leaves the material where the surface faces up.
@@ -80,14 +81,3 @@ def _senses(on_grid: Array, triangles: Index, line: Index) -> Index:
         is_left = edge[:, 0] * y - edge[:, 1] * x > 0.0
         sides += is_left ^ (begin > end)
     return np.where(sides == 3, 1, np.where(sides == 0, -1, 0))
-
-
-def _heights(corners: Array, line: Index) -> Array:
-    """Heights (n,) at which lines (n, 2) pass triangles (n, 3, 3)."""
-    a = corners[:, 0]
-    normal = np.cross(corners[:, 1] - a, corners[:, 2] - a)
-    rise = (normal[:, :2] * (line - a[:, :2])).sum(axis=1)
-    steep = np.where(normal[:, 2] == 0.0, 1.0, normal[:, 2])
-    low = corners[:, :, 2].min(axis=1)
-    high = corners[:, :, 2].max(axis=1)
-    return np.asarray(np.clip(a[:, 2] - rise / steep, low, high))

@@ -21,6 +21,7 @@ import numpy as np
 
 from ...records import Array, Index, Mask
 from ...tolerances import OVERLAP
+from ..vectors import cross, unit_vectors
 from ..winding import find_crossings
 
 # Edge-triangle pairs tested at once: below this a division costs more than it saves.
@@ -175,10 +176,9 @@ def _find_passages(
     """Yield all passages between two lists, and how many pairs were tested for them."""
     rows = max(1, _AT_ONCE // max(1, len(faces.body)))
     corner = points[faces.corners]
-    area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 1])
-    length = np.linalg.norm(area, axis=1)
-    # Zeros where there is no area.
-    normal = area / np.where(length > 0.0, length, 1.0)[:, None]
+    normal = unit_vectors(
+        cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 1])
+    )
     for start in range(0, len(edges.body), rows):
         batch = slice(start, start + rows)
         boxes_meet = edges.body[batch, None] != faces.body
@@ -213,11 +213,8 @@ def _test_pairs(
         (np.minimum(depth[:, 0], depth[:, 1]) < -OVERLAP)
         & (np.maximum(depth[:, 0], depth[:, 1]) > OVERLAP)
     )
-    ends = ends[pierces_plane]
-    depth = depth[pierces_plane]
-    normal = normal[pierces_plane]
-    edge = edge[pierces_plane]
-    face = face[pierces_plane]
+    ends, depth, normal = (rows[pierces_plane] for rows in (ends, depth, normal))
+    edge, face = (numbers[pierces_plane] for numbers in (edge, face))
     share = (depth[:, 0] / (depth[:, 0] - depth[:, 1]))[:, None]
     point = ends[:, 0] + share * (ends[:, 1] - ends[:, 0])
     in_box = np.flatnonzero(
@@ -225,12 +222,8 @@ def _test_pairs(
             (point > faces.low[face] - _BESIDE) & (point < faces.high[face] + _BESIDE)
         ).all(axis=1)
     )
-    ends = ends[in_box]
-    depth = depth[in_box]
-    normal = normal[in_box]
-    point = point[in_box]
-    edge = edge[in_box]
-    face = face[in_box]
+    ends, depth, normal, point = (rows[in_box] for rows in (ends, depth, normal, point))
+    edge, face = (numbers[in_box] for numbers in (edge, face))
     corner = points[faces.corners[face]]
     side = np.roll(corner, -1, axis=1) - corner
     side_normal = np.cross(normal[:, None], side) / np.linalg.norm(
