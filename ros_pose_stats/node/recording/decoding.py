@@ -12,6 +12,7 @@ from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 
 from ...base.errors import BagError, PoseStatsError
+from ...base.text import SECOND
 from ...core.records import Part
 from ...core.records.notes import note_of_sentence
 from .reader import RawMessage
@@ -25,7 +26,6 @@ KINDS = PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (
     "DropRecords",
 )
 CONVERT = "`ros2 bag convert` makes a plain MCAP bag of it"
-SECOND = 1_000_000_000
 
 # Of a definition: ours have some kilobytes, and as many texts as nodes had versions.
 # The parser takes time by the square of the lines.

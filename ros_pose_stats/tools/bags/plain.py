@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ...base.text import SECOND
 from ...core.records.plain_values import UNITS, with_units, without_rounding
 from ...core.records.scene import SCENE_FIELDS
-from ...node.recording import decoding
 from .comparisons import (
     BagAnalysis,
     Comparison,
@@ -85,7 +85,7 @@ def job_counts(jobs: Iterable[Job]) -> dict[str, int]:
 def _fields(record: Any, names: Sequence[str]) -> Plain:
     values = {name: getattr(record, name) for name in names}
     return {
-        name: value / decoding.SECOND if name in TIMES else value
+        name: value / SECOND if name in TIMES else value
         for name, value in values.items()
     }
 
@@ -100,7 +100,7 @@ def _part(part: PartAnalysis) -> Plain:
     record = part.record
     return {
         **_fields(record, ("part_id", "part_digest", "radius", "plates", "warnings")),
-        "forgotten": [time / decoding.SECOND for time in record.forgotten],
+        "forgotten": [time / SECOND for time in record.forgotten],
         "drop_log": _fields(
             record.drop_log, ("drops", "unsettled", "impacts", "seconds")
         ),
@@ -118,7 +118,7 @@ def _part(part: PartAnalysis) -> Plain:
 
 def _job(job: Job) -> Plain:
     # A time of 0 was not recorded.
-    times = {name: getattr(job, name) / decoding.SECOND or None for name in JOB_TIMES}
+    times = {name: getattr(job, name) / SECOND or None for name in JOB_TIMES}
     return {**_fields(job, JOB), **times}
 
 
@@ -129,7 +129,7 @@ def _history(
     for pose in poses:
         pose["down"] = without_rounding(np.array(pose["down"]))
     columns = {name: getattr(history, name) for name in RESULT}
-    columns["time"] = history.time / decoding.SECOND
+    columns["time"] = history.time / SECOND
     columns["scene"] = np.array(history.scene, dtype=np.str_)
     return {
         **history.numbering._asdict(),

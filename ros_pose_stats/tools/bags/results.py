@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.methods import OBSERVED, SIMULATION
+from ...base.text import SECOND
 from ...core.records import Array, Index, Mask
 from ...core.records.notes import Note, notes_of
 from ...core.records.poses import POSE_FIELDS
 from ...core.records.scene import Numbering, describe_scene
 from ...core.records.statistics import STATISTICS_FIELDS
 from ...core.statistics.model_gap import Forecast, share_errors
-from ...node.recording.decoding import SECOND, fingerprint
+from ...node.recording.decoding import fingerprint
 
 
 @dataclass(frozen=True, eq=False)

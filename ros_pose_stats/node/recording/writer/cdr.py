@@ -6,9 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ....base.text import SECOND
 from ....core.records import Array
-
-SECOND = 1_000_000_000
 
 
 class CdrWriter:

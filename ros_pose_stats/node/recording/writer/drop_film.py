@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 from mcap import records
 
+from ....base.text import SECOND
 from ....core.mesh import decimation, vectors
 from ....core.records import Part
 from ....core.simulation.frames import RATE, DropFrames
 from . import mcap_layout, message_types
-from .cdr import CUBE, SECOND, TRIANGLE_LIST, CdrWriter, Marker, marker_array_message
+from .cdr import CUBE, TRIANGLE_LIST, CdrWriter, Marker, marker_array_message
 from .indexed_file import IndexedFile
 
 TF = "/tf"
