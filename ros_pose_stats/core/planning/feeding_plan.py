@@ -120,10 +120,31 @@ def plan_feeding(
             f"those of {dropped.part_id}",
             "estimate the part that is given",
         )
+    feeder = _feeder(dropped, wanted, cell, part)
+    kicks = [None, *sorted(flips, key=lambda kick: kick.kick_height)]
+    options = [feeder.plan(kick) for kick in kicks]
+    best, kick = max(
+        zip(options, kicks, strict=True), key=lambda pair: pair[0].per_minute.value
+    )
+    actions = np.full(feeder.pick_mask.size, LEAVE)
+    if kick is not None and best.is_kicking:
+        actions[feeder.poses_worth_flipping(best.parts, kick.transition)] = FLIP
+    actions[feeder.pick_mask > 0.0] = PICK
+    return FeedingPlan(
+        describe_cell(cell, best), tuple(actions.tolist()), best, tuple(options)
+    )
+
+
+def _feeder(
+    dropped: PoseStatistics,
+    wanted: Sequence[int],
+    cell: FeederCell,
+    part: Part | None,
+) -> SingleParts | Plate:
+    """A part in its cell; raises RequestError for poses that cannot be wanted."""
     is_wanted = feeding.check_wanted_poses(wanted, len(dropped.poses))
-    wanted_mask = is_wanted.astype(np.float64)
     shares = pose_groups.pose_shares(dropped)
-    if not shares.probability @ wanted_mask > 0.0:
+    if not shares.probability[is_wanted].any():
         raise RequestError(
             "wanted poses that dropped parts come to rest in",
             "none of them",
@@ -132,34 +153,24 @@ def plan_feeding(
     is_picked = is_wanted.copy()
     wanted_indices = set(np.flatnonzero(is_wanted).tolist())
     is_picked[list(pose_groups.poses_mistaken(dropped, wanted_indices))] = True
-    pick_mask = is_picked.astype(np.float64)
-    plate_error = 0.0 if dropped.counted_parts else dropped.plate_error
     poses = list(dropped.by_index.values())
-    feeder: SingleParts | Plate
+    situation = (
+        cell,
+        is_picked.astype(np.float64),
+        shares,
+        poses,
+        0.0 if dropped.counted_parts else dropped.plate_error,
+        is_wanted.astype(np.float64),
+    )
     if cell.plate is None:
-        feeder = SingleParts(cell, pick_mask, shares, poses, plate_error, wanted_mask)
-    else:
-        blocking: Array | float = 1.0
-        if part is not None:
-            blocking = plate_fill.blocking_with_bays(
-                part,
-                poses,
-                shares.probability,
-                np.flatnonzero(is_picked),
-                cell.clearance,
-            )
-        feeder = Plate(
-            cell, pick_mask, shares, poses, plate_error, wanted_mask, blocking
+        return SingleParts(*situation)
+    blocking: Array | float = 1.0
+    if part is not None:
+        blocking = plate_fill.blocking_with_bays(
+            part,
+            poses,
+            shares.probability,
+            np.flatnonzero(is_picked),
+            cell.clearance,
         )
-    kicks = [None, *sorted(flips, key=lambda kick: kick.kick_height)]
-    options = [feeder.plan(kick) for kick in kicks]
-    best, kick = max(
-        zip(options, kicks, strict=True), key=lambda pair: pair[0].per_minute.value
-    )
-    actions = np.full(pick_mask.size, LEAVE)
-    if kick is not None and best.is_kicking:
-        actions[feeder.poses_worth_flipping(best.parts, kick.transition)] = FLIP
-    actions[is_picked] = PICK
-    return FeedingPlan(
-        describe_cell(cell, best), tuple(actions.tolist()), best, tuple(options)
-    )
+    return Plate(*situation, blocking)
