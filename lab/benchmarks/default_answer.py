@@ -25,7 +25,7 @@ from lab.bodies.rocking import ROCKING
 from lab.frame.results import Cell, Row, Section, Target
 from lab.frame.timing import timed
 from lab.training.split.samples import FIT_SEED, read_samples
-from ros_pose_stats import Part, PoseStatistics, auto, estimate, resting_poses, simulate
+from ros_pose_stats import Part, auto, estimate, resting_poses, simulate
 from ros_pose_stats.core.planning import confidence
 from ros_pose_stats.core.records import Array, Mask
 from ros_pose_stats.core.records.scene import DEFAULT_RESTITUTION
@@ -138,11 +138,6 @@ def holds(center: Array, reach: Array | float, count: Array, together: int = 1) 
     return np.abs(center - true) <= np.hypot(reach, noise_reach)
 
 
-def by_index(statistics: PoseStatistics, name: str = "probability") -> Array:
-    """A number of each pose (P,) by `index`."""
-    return np.array([getattr(pose, name) for pose in statistics.by_index.values()])
-
-
 def judge(part: Part, restitution: float, radii: float) -> dict[str, Any]:
     """The columns of a part in a scene: mean square errors, what was kept, what it
     took.
@@ -160,17 +155,17 @@ def judge(part: Part, restitution: float, radii: float) -> dict[str, Any]:
     if not is_missed:
         for column, target in enumerate(TARGETS):
             answer, spent = timed(partial(answer_in, replace(part), target))
-            square = square_error(by_index(answer), count)
+            square = square_error(answer.column("probability"), count)
             kept[:, column] = square <= target**2, 1e3 * spent
     probability, low, high, group = (
-        by_index(statistics, name)
+        statistics.column(name)
         for name in ("probability", "probability_low", "probability_high", "group")
     )
     share = count / count.sum()
     is_held = holds(0.5 * (low + high), 0.5 * (high - low), count)
     return {
         "restitution": restitution,
-        "split": square_error(by_index(estimated), count),
+        "split": square_error(estimated.column("probability"), count),
         "its told": estimated.expected_error**2,
         "true": square_error(probability, count),
         "told": max(statistics.expected_error, LEAST_TOLD) ** 2,
@@ -203,7 +198,7 @@ def drop_often(part: Part, scene: Mapping[str, Any]) -> Array:
     )
     drop(FIRST)
     drops = min(max(FIRST * EVENTS // sum(events), FEWEST), MOST)
-    return by_index(drop(drops), "count")
+    return drop(drops).column("count")
 
 
 def judge_all(parts: Iterable[tuple[str, Part]]) -> Cases:

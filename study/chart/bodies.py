@@ -210,7 +210,7 @@ def _count_poses(
         cluster_tolerance=scene.cluster_tolerance,
         round_sides=scene.round_sides,
     )
-    counts = np.array([pose.count for pose in statistics.by_index.values()])
+    counts = statistics.column("count")
     return SimulatedPoses(
         np.full_like(counts, number),
         counts,

@@ -168,7 +168,7 @@ def drop_body(family: str, seed: int, number: int) -> list[Sample]:
             cluster_tolerance=tolerance,
             round_sides=sides,
         )
-        count = np.array([pose.count for pose in counted.by_index.values()])
+        count = counted.column("count")
         samples.append(
             Sample(family, seed, number, restitution, height, counted.unsettled, count)
         )

@@ -20,7 +20,7 @@ from ..resting.poses import poses_in
 from ..simulation.request import DropRequest, OnProgress, Watch, drop_request
 from ..statistics.prefix import target_reached
 from . import confidence
-from .hybrid import counts_of, drop_with_prior
+from .hybrid import drop_with_prior
 
 DEFAULT_TARGET = 0.02
 """Root mean square error, over the poses and over the shares of groups, that the
@@ -102,38 +102,58 @@ def auto(
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     request = drop_request(
-        MOST_DROPS if drops is None else drops, seed, target_error, workers
+        MOST_DROPS if drops is None else drops,
+        DEFAULT_SEED if seed is None else seed,
+        target_error,
+        workers,
     )
-    if not 0.0 <= real_number("max_seconds", max_seconds) < math.inf:
-        raise errors.RequestError(
-            "max_seconds from 0 up", f"{max_seconds!r}", "0 sets no limit"
-        )
-    is_late = False
-
-    def is_over() -> bool:
-        nonlocal is_late
-        if should_stop is not None and should_stop():
-            return True
-        is_late = 0.0 < max_seconds <= time.perf_counter() - begin
-        return is_late
-
-    if seed is None:
-        request = replace(request, seed=DEFAULT_SEED)
-    statistics = answer_with_drops(
+    limit = _TimeLimit(max_seconds, begin, should_stop)
+    answer = answer_with_drops(
         estimate_in(part, scene, methods.AUTO),
         part,
         scene,
         request,
-        Watch.from_callbacks(on_progress, is_over),
+        Watch(on_progress, limit.is_over),
     )
-    if is_late:
+    answer = limit.warn_of_lateness(answer)
+    return replace(answer, seconds=time.perf_counter() - begin)
+
+
+class _TimeLimit:
+    """Ends drops some seconds after they began, or when the caller wants it.
+
+    `seconds`: 0 for no limit; raises RequestError if it is below.
+    """
+
+    def __init__(
+        self, seconds: float, begin: float, should_stop: Callable[[], bool] | None
+    ) -> None:
+        if not 0.0 <= real_number("max_seconds", seconds) < math.inf:
+            raise errors.RequestError(
+                "max_seconds from 0 up", f"{seconds!r}", "0 sets no limit"
+            )
+        self._seconds = seconds
+        self._begin = begin  # by the performance counter
+        self._should_stop = should_stop
+        self._is_late = False
+
+    def is_over(self) -> bool:
+        """Whether to end now."""
+        if self._should_stop is not None and self._should_stop():
+            return True
+        self._is_late = 0.0 < self._seconds <= time.perf_counter() - self._begin
+        return self._is_late
+
+    def warn_of_lateness(self, answer: PoseStatistics) -> PoseStatistics:
+        """The same answer, with a warning where the seconds were too few for it."""
+        if not self._is_late:
+            return answer
         warning = note(
             "TIME_LIMIT",
-            f"ended after {max_seconds:g} s with {statistics.drops} drops done, before "
+            f"ended after {self._seconds:g} s with {answer.drops} drops done, before "
             "the target was reached.",
         )
-        statistics = replace(statistics, warnings=(*statistics.warnings, warning))
-    return replace(statistics, seconds=time.perf_counter() - begin)
+        return replace(answer, warnings=(*answer.warnings, warning))
 
 
 def answer_with_drops(
@@ -173,7 +193,7 @@ def answer_with_drops(
         return replace(answer, warnings=(*answer.warnings, warning))
     answer = drop_with_prior(prior, part, scene, request, watch, LEAST_DROPS)
     warnings = dict.fromkeys((*answer.warnings, *estimate.warnings))
-    bound = confidence.judge_drops(prior, counts_of(answer)).bound
+    bound = confidence.judge_drops(prior, answer.column("count")).bound
     if request.events and answer.drops < LEAST_DROPS and target_reached(bound, target):
         warning = note(
             "TARGET_MISSED",

@@ -169,70 +169,37 @@ def observe_counts(
     if there are not P counts from 0 up.
     """
     poses = list(model.by_index.values())
-    pose_counts = np.asarray(counts)
-    if (
-        pose_counts.shape != (len(poses),)
-        or pose_counts.dtype.kind not in "iu"
-        or (pose_counts < 0).any()
-    ):
-        raise RequestError(
-            f"{len(poses)} whole numbers from 0 up, one a pose",
-            f"{pose_counts}",
-            "count the parts seen in each pose, by its index",
-        )
+    pose_counts = _check_counts(counts, len(poses))
     total = int(pose_counts.sum())
     if not total:
         return model
     has_plate_shares = len(left_out) == len(poses)
-    if has_plate_shares:
-        poses = [
-            replace(pose, probability=probability)
-            for pose, probability in zip(poses, left_out, strict=True)
-        ]
-    prediction = replace(
-        model,
-        poses=tuple(poses),
-        expected_error=0.0 if has_plate_shares else model.expected_error,
-    )
-    gap = errors.root_mean_square(
-        np.array([pose.probability for pose in poses]) - pose_counts / total
-    )
+    prediction = _told_by_plate(model, left_out) if has_plate_shares else model
+    counted_shares = pose_counts / total
+    gap = errors.root_mean_square(prediction.column("probability") - counted_shares)
     unequal_groups = find_unequal_groups(poses, pose_counts)
     unit = [
         -1 - pose.index if pose.group in unequal_groups else pose.group
         for pose in poses
     ]
-    warnings = (
+    warnings = [
         *model.warnings,
         *(
-            _inequality_note(indices, pose_counts / total)
+            _inequality_note(indices, counted_shares)
             for indices in unequal_groups.values()
         ),
-    )
+    ]
     prior = plate_prior(prediction, unit)
-    refuted = np.flatnonzero(prior.contradicted_poses(pose_counts))
     forecast = _forecast(prediction, is_fitted=has_plate_shares)
+    refuted = np.flatnonzero(prior.contradicted_poses(pose_counts))
     if refuted.size:
-        conflict = describe_conflict(
-            prior,
-            pose_counts,
-            refuted,
-            "the cell contradicts the model",
-            "predicted",
-            "; ".join(
-                [
-                    *forecast.describe_unreported(pose_counts),
-                    "the answer is that of the counts",
-                ]
-            ),
-        )
-        warnings = (*warnings, conflict)
+        warnings.append(_refutation_note(prior, pose_counts, refuted, forecast))
         prior = plate_prior(replace(prediction, expected_error=math.nan), unit)
     elif not has_plate_shares or gap > USUAL_ERRORS * model.plate_error:
         words = forecast.describe_gap(pose_counts)
         if words:
             text_of_gap = f"{words}; the answer has learnt from the counts."
-            warnings = (*warnings, note("MODEL_GAP", text_of_gap))
+            warnings.append(note("MODEL_GAP", text_of_gap))
     shares = prior.update(pose_counts).shares(pose_counts)
     return with_shares(
         model,
@@ -244,7 +211,57 @@ def observe_counts(
         seed=0,
         counted_parts=total,
         model_gap=gap,
-        warnings=warnings,
+        warnings=tuple(warnings),
+    )
+
+
+def _check_counts(counts: ArrayLike, poses: int) -> Index:
+    """Counts (P,) as an array; raises RequestError if there are not P from 0 up."""
+    pose_counts = np.asarray(counts)
+    if (
+        pose_counts.shape != (poses,)
+        or pose_counts.dtype.kind not in "iu"
+        or (pose_counts < 0).any()
+    ):
+        raise RequestError(
+            f"{poses} whole numbers from 0 up, one a pose",
+            f"{pose_counts}",
+            "count the parts seen in each pose, by its index",
+        )
+    return pose_counts
+
+
+def _told_by_plate(
+    model: PoseStatistics, probabilities: Sequence[float]
+) -> PoseStatistics:
+    """What the fit of a plate says of the poses, which errs by the plate's error."""
+    return replace(
+        model,
+        poses=tuple(
+            pose.with_values(probability=probability)
+            for pose, probability in zip(
+                model.by_index.values(), probabilities, strict=True
+            )
+        ),
+        expected_error=0.0,
+    )
+
+
+def _refutation_note(
+    prior: PosePrior, counts: Index, refuted: Index, forecast: Forecast
+) -> Note:
+    """Of a model that counts (P,) contradict in some poses."""
+    consequences = [
+        *forecast.describe_unreported(counts),
+        "the answer is that of the counts",
+    ]
+    return describe_conflict(
+        prior,
+        counts,
+        refuted,
+        "the cell contradicts the model",
+        "predicted",
+        "; ".join(consequences),
     )
 
 
@@ -264,25 +281,24 @@ def _forecast(prediction: PoseStatistics, *, is_fitted: bool) -> Forecast:
 
     `is_fitted`: whether it is what the fit says.
     """
-    poses = list(prediction.by_index.values())
-    probability = np.array([pose.probability for pose in poses])
-    errors_of_poses: Array = np.zeros(len(poses))
+    probability = prediction.column("probability")
+    errors_of_poses: Array = np.zeros(probability.size)
     drop_counts = None
     if not is_fitted:
         errors_of_poses = share_errors(
             probability,
-            np.array([pose.standard_error for pose in poses]),
+            prediction.column("standard_error"),
             prediction.expected_error,
         )
         if prediction.method == methods.SIMULATION:
-            drop_counts = np.array([pose.count for pose in poses])
+            drop_counts = prediction.column("count")
     return Forecast(
         probability,
         errors_of_poses,
         prediction.plate_error,
         drop_counts,
-        np.array([pose.group for pose in poses]),
-        np.arange(len(poses)),
+        prediction.column("group"),
+        np.arange(probability.size),
     )
 
 
@@ -324,24 +340,23 @@ def plate_prior(model: PoseStatistics, unit: Sequence[int] | None = None) -> Pos
 
     `unit` (P,): poses of one number share their counts; groups without.
     """
-    poses = list(model.by_index.values())
-    error = math.hypot(
-        model.expected_error, model.plate_error * _pose_error_ratio(poses)
-    )
+    probability = model.column("probability")
+    group = model.column("group")
+    plate_error = model.plate_error * _pose_error_ratio(probability, group)
     return PosePrior(
-        [pose.probability for pose in poses],
-        [pose.group for pose in poses] if unit is None else unit,
-        error,
+        probability,
+        group if unit is None else unit,
+        math.hypot(model.expected_error, plate_error),
         model.restitution,
         PLATE_FIT,
     )
 
 
-def _pose_error_ratio(poses: Sequence[StablePose]) -> float:
+def _pose_error_ratio(probability: Array, group: Index) -> float:
     """Error over the poses for one of 1 over groups, whose poses share it evenly."""
-    _, group = np.unique([pose.group for pose in poses], return_inverse=True)
-    size = np.bincount(group)
-    share = np.bincount(group, [pose.probability for pose in poses])
+    number = np.unique(group, return_inverse=True)[1]
+    size = np.bincount(number)
+    share = np.bincount(number, probability)
     single_drop = share * (1.0 - share)
     if not single_drop.any():
         return 1.0

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from ...base.methods import HYBRID
-from ..records import DropProgress, DropScene, Index, Part, PoseStatistics
+from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_RESTITUTION,
@@ -116,7 +116,7 @@ def hybrid_statistics(simulated: PoseStatistics, prior: PosePrior) -> PoseStatis
 
     Where they refute the estimate they stay as they are, with the warning `CONFLICT`.
     """
-    counts = counts_of(simulated)
+    counts = simulated.column("count")
     refuted = np.flatnonzero(prior.contradicted_poses(counts))
     if refuted.size:
         return replace(
@@ -134,11 +134,6 @@ def hybrid_statistics(simulated: PoseStatistics, prior: PosePrior) -> PoseStatis
             ),
         )
     return with_shares(simulated, HYBRID, prior.update(counts).shares(counts))
-
-
-def counts_of(statistics: PoseStatistics) -> Index:
-    """Count (P,) of each pose, by its index."""
-    return np.array([pose.count for pose in statistics.by_index.values()])
 
 
 def combined_progress(prior: PosePrior, on_progress: OnProgress) -> OnProgress:

@@ -170,6 +170,20 @@ class PoseStatistics:
             pose.index: pose for pose in sorted(self.poses, key=lambda pose: pose.index)
         }
 
+    def column(self, name: str) -> Any:
+        """A single value of all poses, by their `index`.
+
+        Parameters
+        ----------
+        name : str
+            Of an attribute of `StablePose` that is a number.
+
+        Returns
+        -------
+        (P,) array
+        """
+        return np.array([getattr(pose, name) for pose in self.by_index.values()])
+
     def to_frame(self) -> Any:
         """The poses as a pandas DataFrame with the keys of JSON as columns, by `index`.
 

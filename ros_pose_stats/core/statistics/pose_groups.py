@@ -208,18 +208,16 @@ def pose_shares(statistics: PoseStatistics) -> PoseShares:
     Of counted poses each has an error of its own, else those that are alike share one
     evenly.
     """
-    poses = statistics.by_index.values()
-    probability = np.array([pose.probability for pose in poses])
+    probability = statistics.column("probability")
     if not np.isfinite(probability).all():
         raise errors.RequestError(
             "probabilities of the poses", "none", "simulate more drops"
         )
     if _has_counted_errors(statistics):
-        return PoseShares(
-            probability, float(sum(pose.count for pose in poses)), np.arange(len(poses))
-        )
-    unit = np.unique([pose.group for pose in poses], return_inverse=True)[1]
-    unit_errors = np.bincount(unit, [pose.standard_error for pose in poses]).astype(
+        drops = float(statistics.column("count").sum())
+        return PoseShares(probability, drops, np.arange(probability.size))
+    unit = np.unique(statistics.column("group"), return_inverse=True)[1]
+    unit_errors = np.bincount(unit, statistics.column("standard_error")).astype(
         np.float64
     )
     certain = PoseShares(probability, math.inf, unit)

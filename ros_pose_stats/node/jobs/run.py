@@ -9,7 +9,6 @@ from enum import IntEnum
 from functools import partial
 from typing import Any, TypeVar
 
-import numpy as np
 from ros_pose_stats_msgs.msg import Code, JobStatus
 
 from ...base.errors import RequestError
@@ -237,9 +236,9 @@ def run_drops(
         Watch(watch_progress, stop.is_due, on_drops, background=True),
         judge,
     )
-    counts = np.array([pose.count for pose in statistics.by_index.values()])
+    judgement = confidence.judge_drops(prior, statistics.column("count"))
     complete = statistics.drops == request.drops or target_reached(
-        confidence.judge_drops(prior, counts).bound, request.target_error
+        judgement.bound, request.target_error
     )
     if prior is not None:
         statistics = hybrid.hybrid_statistics(statistics, prior)
