@@ -14,7 +14,7 @@ from ...base import errors, files, worker
 from ...core.simulation.request import check_workers
 from ..batch import processes
 from ..batch.folder import WorkFolder, needing_room
-from .page import CHUNKS, PAGE, PageState, write_page
+from .page import CHUNKS, PAGE, PageState, common_folder, write_page
 from .request import CatalogueRequest, PartFile
 from .rows import Described, Row, content_of, describe_part, refused
 from .store import ROWS, TABLES, Entry, RowStore, Tally, tally, write_tables
@@ -171,7 +171,11 @@ class _Run(NamedTuple):
         tables = write_tables(self.folder, rows, parquet)
         tally_of_rows = tally(rows())
         state = PageState(
-            len(names), len(self.parts), len(self.unsure_parts()), tally_of_rows
+            len(names),
+            len(self.parts),
+            len(self.unsure_parts()),
+            tally_of_rows,
+            common_folder(part.name for part in self.parts),
         )
         pictures = (
             entry.picture

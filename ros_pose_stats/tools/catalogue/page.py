@@ -8,18 +8,20 @@ they come into view.
 import base64
 import json
 import math
+import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby, islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...base import files, text, version
 from ...core.mesh.units import unit_in_words
+from ...core.records.notes import ACTS, Note
 from ...core.records.scene import describe_scene
 from ...core.records.statistics import RARE
 from ..batch.folder import needing_room
-from ..report.words import template
+from ..report.words import begin, in_words, template
 from . import rows, store
 from .request import CatalogueRequest
 
@@ -31,6 +33,7 @@ EMBEDDED = 400  # parts up to which the page holds rows and pictures: some 2 MB
 ROWS_A_CHUNK = 2000
 LONGEST_STEM = 200  # bytes of a part's name in that of its report
 GROUPS = 8  # of poses of a part that the page lists
+MOST_NAMED = 6  # parts that a concern names
 RowAndPicture = tuple[rows.Row, str]  # the second is the file of the picture
 
 
@@ -41,6 +44,33 @@ class PageState(NamedTuple):
     bound: int
     to_be_dropped: int
     tally: store.Tally
+    common_folder: Path  # that all parts lie below, absolute
+
+    def short_name(self, name: str) -> str:
+        """A file as the page names it, from the common folder."""
+        return str(Path(name).absolute().relative_to(self.common_folder))
+
+    def in_short(self, sentence: str, name: str) -> str:
+        """A sentence about a file, and maybe others of its name, with short names."""
+        long_stem = Path(name).with_suffix("")
+        short_stem = Path(self.short_name(name)).with_suffix("")
+        return sentence.replace(str(long_stem), str(short_stem))
+
+
+class Concern(NamedTuple):
+    """What a person must look at before using the numbers of some parts."""
+
+    heading: str
+    meaning: str
+    kind: str  # of the filter that shows its parts; empty for none
+    parts: int  # that it is about
+    examples: list[str]  # the first of them, maybe with what is wrong
+
+
+def common_folder(names: Iterable[str]) -> Path:
+    """The innermost folder that all files lie below, absolute."""
+    folders = {Path(name).absolute().parent for name in names}
+    return Path(os.path.commonpath(folders))
 
 
 def write_page(
@@ -51,7 +81,9 @@ def write_page(
 ) -> None:
     """Write the page, and what it reads, in the rows' order."""
     embedded = state.parts <= EMBEDDED
-    page_rows = (_page_row(folder, row, picture, embedded) for row, picture in rows)
+    page_rows = (
+        _page_row(folder, state, row, picture, embedded) for row, picture in rows
+    )
     with needing_room("the page", folder):
         embedded_rows = list(page_rows) if embedded else []
         chunks: list[str] = []
@@ -71,6 +103,11 @@ def write_page(
             .render(
                 state=state,
                 tally=state.tally,
+                concerns=list(_concerns(state)),
+                notes=[
+                    (in_words(Note(code, "", False)), count)
+                    for code, count in sorted(state.tally.notes.items())
+                ],
                 one_way=f"{100.0 * store.ONE_WAY:g}",
                 request=request,
                 version=version.VERSION,
@@ -80,14 +117,57 @@ def write_page(
                     request.scene.restitution, request.scene.drop_height
                 ),
                 target=f"{100.0 * request.target_error:.2f}",
-                settings=_script_json(_settings(folder, request)),
+                settings=_script_json(_settings(folder, request, state)),
             )
-            .encode(),
+            .encode(errors="replace"),
         )
 
 
-def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
-    """What the command of a report is put together from."""
+def _concerns(state: PageState) -> Iterator[Concern]:
+    """What to look at first: files, then what spoils most, as docs/warnings.md has it.
+
+    Guessed units are not among them: of a catalogue most are, and a line says so.
+    """
+    tally = state.tally
+
+    def examples(sentences: dict[str, str]) -> list[str]:
+        return [
+            f"{state.short_name(name)}: {state.in_short(sentence, name)}"
+            for name, sentence in islice(sentences.items(), MOST_NAMED)
+        ]
+
+    if tally.refused:
+        yield Concern(
+            "Refused",
+            "These have no numbers.",
+            "refused",
+            len(tally.refused),
+            examples(tally.refused),
+        )
+    if tally.unlike:
+        yield Concern(
+            "Files of one name differ in length",
+            "The unit of one is wrong.",
+            "",
+            len(tally.unlike),
+            examples(tally.unlike),
+        )
+    for code in sorted(tally.warnings, key=[*ACTS, *tally.warnings].index):
+        names = tally.warnings[code]
+        heading, _, meaning = in_words(Note(code, "", True))
+        yield Concern(
+            heading,
+            meaning,
+            code,
+            len(names),
+            [state.short_name(name) for name in names[:MOST_NAMED]],
+        )
+
+
+def _settings(
+    folder: Path, request: CatalogueRequest, state: PageState
+) -> dict[str, Any]:
+    """What the script writes the command of a report and warnings with."""
     values = request.as_dict()
     defaults = CatalogueRequest().as_dict()
     names = (
@@ -104,17 +184,24 @@ def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
         for word in (f"--{name.replace('_', '-')}", str(values[name]))
     ]
     return {
-        "here": str(Path.cwd()),
+        "parts": str(state.common_folder).rstrip("/"),
         "folder": str(folder.absolute()),
         "options": options,
         "unit": [] if request.unit is None else ["--unit", request.unit],
+        "headings": {
+            code: in_words(Note(code, "", True))[0]
+            for code in (*state.tally.warnings, *state.tally.notes)
+        },
     }
 
 
-def _page_row(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list[Any]:
+def _page_row(
+    folder: Path, state: PageState, row: rows.Row, picture: str, embedded: bool
+) -> list[Any]:
     """A row in the order in which the script takes it apart; lengths in millimetres."""
+    name = state.short_name(row["file"])
     if row["refusal"]:
-        return [row["file"], row["refusal"]]
+        return [name, state.in_short(row["refusal"], row["file"])]
     # Links must be UTF-8, and names have 255 bytes at most.
     stem = (
         Path(row["file"])
@@ -126,7 +213,7 @@ def _page_row(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list
         data = base64.b64encode(files.read_file(folder / picture)).decode()
         picture = f"data:image/png;base64,{data}"
     return [
-        row["file"],
+        name,
         "",
         picture,
         report,
@@ -141,8 +228,12 @@ def _page_row(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list
         row["drops"],
         *(_short(row[name]) for name in NUMBERS),
         *(_millimetres(row[name]) for name in SIZES),
-        list(map(str, store.doubts_of(row))),
-        [str(warning) for warning in store.notes_of(row) if not warning.acts],
+        [[warning.code, begin(warning.text)] for warning in store.doubts_of(row)],
+        [
+            [note.code, begin(note.text)]
+            for note in store.notes_of(row)
+            if not note.acts
+        ],
         _groups(row["poses"]),
     ]
 

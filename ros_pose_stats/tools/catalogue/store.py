@@ -152,8 +152,10 @@ class Tally:
     # parts whose unit is a guess, by its name
     guessed: Counter[str] = field(default_factory=Counter)
     doubted: int = 0  # parts with other warnings
-    # parts by the code of these
-    warnings: Counter[str] = field(default_factory=Counter)
+    # files by the code of these
+    warnings: dict[str, list[str]] = field(default_factory=dict)
+    # parts by the code of what asks for nothing
+    notes: Counter[str] = field(default_factory=Counter)
     # reasons by the names of the files
     refused: dict[str, str] = field(default_factory=dict)
     # lengths by the names of files whose stem another file has, of a part that differs
@@ -162,9 +164,8 @@ class Tally:
     @property
     def codes(self) -> str:
         """The codes of warnings with their numbers, in words."""
-        return ", ".join(
-            f"{code} {count}" for code, count in self.warnings.most_common()
-        )
+        by_number = sorted(self.warnings.items(), key=lambda item: -len(item[1]))
+        return ", ".join(f"{code} {len(files)}" for code, files in by_number)
 
     @property
     def guesses(self) -> str:
@@ -207,7 +208,9 @@ def tally(rows: Iterable[Row]) -> Tally:
             counts.guessed[unit_in_words(row["unit_m"])] += 1
         codes = {warning.code for warning in doubts_of(row)}
         counts.doubted += bool(codes)
-        counts.warnings.update(sorted(codes))
+        for code in sorted(codes):
+            counts.warnings.setdefault(code, []).append(row["file"])
+        counts.notes.update({note.code for note in notes_of(row) if not note.acts})
         # However the part is turned in its file.
         length = max(pose["footprint_length_m"] for pose in row["poses"])
         file, first_length = first.setdefault(

@@ -160,7 +160,9 @@ def print_json(catalogue: "Catalogue", seconds: float) -> None:
             "refused": len(catalogue.tally.refused),
             "guessed": dict(catalogue.tally.guessed),
             "doubted": catalogue.tally.doubted,
-            "warnings": dict(catalogue.tally.warnings),
+            "warnings": {
+                code: len(files) for code, files in catalogue.tally.warnings.items()
+            },
             "unlike": catalogue.tally.unlike,
             "to_be_dropped": catalogue.to_be_dropped,
             "seconds": seconds,

@@ -129,14 +129,14 @@ def catalogue(tmp_path_factory):
 
     def make(others):
         folder = tmp_path_factory.mktemp("catalogue")
-        (folder / "parts").mkdir()
+        (folder / "parts" / "h").mkdir(parents=True)
         for name, size in SHAPES.items():
             write_stl(
                 folder / "parts" / f"{name.replace(chr(47), '_')}.stl",
                 shapes.box(*size),
             )
         trimesh.creation.box((15.0, 16.0, 17.0)).export(
-            folder / "parts" / "h_declared.3mf"
+            folder / "parts" / "h" / "h_declared.3mf"
         )
         (folder / "parts" / "f_letter.stl").write_text("Dear colleague,")
         for k in range(others):

@@ -62,7 +62,25 @@ class TestWhatIsWritten:
         assert re.search(
             r"\d of 7 parts lie one way in at least 90&nbsp;% of drops", lead
         )
-        assert "Warnings about 1 part: UNIT_SUSPECT\xa01.</span> 1 refused." in lead
+        assert "Warnings about 1 part.</span>" in lead and ">1 refused.<" in lead
+
+    def test_what_a_person_must_look_at_stands_before_the_table_in_words(self, small):
+        text = Page(small[0] / "index.html").text
+        _, _, below = text.partition("Look at these first")
+        look, _, table = below.partition(" Files are named from")
+        assert re.match(
+            r" Refused 1 part Show These have no numbers\. f_letter\.stl: expected .*"
+            r"Is the unit right\? 1 part Show Lengths, heights .* g_tiny\.stl$",
+            look,
+        )
+        assert "UNIT_SUSPECT" not in text and "Lengths, heights" not in table
+
+    def test_files_are_named_from_the_folder_that_they_have_in_common(self, small):
+        page = Page(small[0] / "index.html")
+        common = small[0].with_name("parts")
+        assert f"Files are named from {common} ." in page.text
+        assert page.source.count(str(common)) == 2  # there, and for commands
+        assert '["h/h_declared.3mf","",' in page.source
 
     def test_a_small_page_is_one_file(self, small):
         page = Page(small[0] / "index.html")
@@ -144,6 +162,8 @@ def test_it_sorts_at_a_phones_width_too(small, browser):
         ({"kind": "refused"}, "f"),
         ({"kind": "answered"}, KNOWN),
         ({"kind": "warned"}, "g"),
+        ({"kind": "UNIT_SUSPECT"}, "g"),
+        ({"words": "unit_suspect right?"}, "g"),
         # A box that a part is to fit into, given either way round.
         ({"fit-length": "14", "fit-width": "60"}, "abeg"),
     ],
@@ -196,10 +216,19 @@ def test_a_part_tells_its_poses_and_the_command_of_its_report(small, browser):
     assert browser.evaluate("document.querySelectorAll('.more').length") == 0
 
 
+def test_a_concern_shows_its_parts(small, browser):
+    opened(browser, small)
+    for kind, letter in (("UNIT_SUSPECT", "g"), ("refused", "f")):
+        browser.evaluate(
+            f"document.querySelector('#concerns [data-kind={kind}]').click()"
+        )
+        assert browser.evaluate(NAMES) == letter
+
+
 def test_warnings_stand_out(small, browser):
     opened(browser, small)
     script = "[...document.querySelectorAll('.notes .warned')].map(e => e.textContent)"
-    assert browser.evaluate(script) == ["UNIT_SUSPECT"]
+    assert browser.evaluate(script) == ["Is the unit right?"]
     colours = browser.evaluate(
         "['.notes .warned', 'td.notes'].map(name => getComputedStyle("
         "document.querySelector(name)).color)"
@@ -208,7 +237,7 @@ def test_warnings_stand_out(small, browser):
     browser.evaluate(OPEN_ALL)
     assert browser.evaluate(
         "document.querySelector('.more p.warning').textContent"
-    ).startswith("UNIT_SUSPECT: ")
+    ).startswith("Is the unit right? ")
 
 
 @pytest.mark.parametrize(("width", "phone"), [(1280, False), (390, True)])

@@ -8,14 +8,16 @@ const parts = [];
 const FIRST = { by: "share", falling: true };
 let shown = [], limit = AT_ONCE, sorted = FIRST;
 
-const codeOf = warning => warning.split(":")[0];
+const headingOf = ([code]) => settings.headings[code];
+const inWords = warning => `${headingOf(warning)}: ${warning[1]}`.replace("?:", "?");
 
 function addRows(rows) {
   for (const row of rows) {
     const part = { warnings: [], notes: [], groups: [] };
     row.forEach((value, k) => { part[FIELDS[k]] = value; });
     part.warned = part.warnings.length;  // to sort by
-    part.words = [part.file, part.refusal, ...part.warnings, ...part.notes].join("\n").toLowerCase();
+    const notes = [...part.warnings, ...part.notes];
+    part.words = [part.file, part.refusal, ...notes.flat(), ...notes.map(headingOf)].join("\n").toLowerCase();
     parts.push(part);
   }
 }
@@ -57,7 +59,7 @@ function partCell(part) {
 }
 
 function warningsCell(part) {
-  return part.warnings.flatMap((one, k) => [k ? ", " : "", element("span", codeOf(one), "warned")]);
+  return part.warnings.map(warning => element("div", headingOf(warning), "warned"));
 }
 
 function shareCell(part) {
@@ -115,8 +117,8 @@ function detailsOf(part) {
       + (part.largest == null ? "" : `; with 90 % confidence no pose is off by more than ${number(100 * part.largest, 2)} points`)),
     element("h3", "Poses"), posesOf(part));
   }
-  for (const one of part.warnings) cell.append(element("p", one, "warning"));
-  for (const note of part.notes) cell.append(element("p", note));
+  for (const warning of part.warnings) cell.append(element("p", inWords(warning), "warning"));
+  for (const note of part.notes) cell.append(element("p", inWords(note), "soft"));
   cell.append(element("h3", "Report with pictures of all poses"), ...reportOf(part));
   const row = element("tr", [cell], "more");
   return row;
@@ -145,8 +147,7 @@ function reportOf(part) {
   const link = element("a", part.made ? "Open the report" : "open it");
   link.href = encodeURI(part.report).replaceAll("#", "%23").replaceAll("?", "%3F");
   if (part.made) return [element("p", [link])];
-  const file = part.file.startsWith("/") ? part.file : `${settings.here}/${part.file}`;
-  const words = ["ros_pose_stats", "report", file, ...(part.declared ? [] : settings.unit),
+  const words = ["ros_pose_stats", "report", `${settings.parts}/${part.file}`, ...(part.declared ? [] : settings.unit),
     ...settings.options, "-o", `${settings.folder}/${part.report}`];
   const code = element("code", words.map(quoted).join(" ")), copy = element("button", "Copy");
   copy.type = "button";
@@ -172,7 +173,8 @@ function wanted() {
   const box = ["fit-length", "fit-width", "fit-top"].map(limitOf), boxed = box.some(x => x != null);
   const kinds = { all: () => true, answered: p => !p.refusal, refused: p => !!p.refusal,
     clean: p => !p.refusal && !p.warned, warned: p => p.warned > 0 };
-  return part => kinds[kind](part) && words.every(word => part.words.includes(word))
+  const shows = kinds[kind] ?? (p => p.warnings.some(([code]) => code === kind));
+  return part => shows(part) && words.every(word => part.words.includes(word))
     && (share == null || 100 * part.share >= share) && (passes == null || part.passes <= passes)
     && (!boxed || fits(part, ...box));
 }
@@ -237,6 +239,13 @@ function begin() {
   const form = field("filters");
   form.onsubmit = event => event.preventDefault();
   form.oninput = event => { if (!event.target.closest(".sort")) refresh(); };
+  document.querySelectorAll("#concerns button").forEach(button => {
+    button.onclick = () => {
+      field("kind").value = button.dataset.kind;
+      refresh();
+      form.scrollIntoView();
+    };
+  });
   form.onreset = () => setTimeout(() => sortBy(FIRST.by, FIRST.falling));
   refresh();
 }

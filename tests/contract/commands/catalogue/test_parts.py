@@ -139,4 +139,4 @@ def test_files_of_one_name_and_another_size_are_named_however_turned(odd):
         r"unit of \S*/box.stl: it is 30 mm long, \S*/box.STL 3 mm", printed
     )
     page = (folder / "index.html").read_text()
-    assert printed.count("check the unit of") == page.count("Check the unit of") == 1
+    assert printed.count("check the unit of") == page.count("box.stl: 30 mm long") == 1
