@@ -185,6 +185,15 @@ def degrees(radians: float) -> str:
 
 ASSETS = Path(__file__).parent / "assets"
 
+VIEWER_SCRIPTS = ("part_mesh", "view_direction", "view_webgl", "view_canvas", "viewer")
+"""Of the view in three dimensions; each file uses functions of those before it."""
+
+
+def viewer_scripts() -> str:
+    """Functions that show a part, to be put into a function that hides their names."""
+    return "".join((ASSETS / f"{name}.js").read_text() for name in VIEWER_SCRIPTS)
+
+
 FILTERS: dict[str, Callable[..., str]] = {
     "percent": percent,
     "millimetres": millimetres,
@@ -219,6 +228,7 @@ def template(
         asset=lambda file: loader.get_source(environment, file)[0],
         between=interval,
         several=several,
+        viewer_scripts=viewer_scripts,
     )
     environment.filters.update(FILTERS, is_finite=math.isfinite, **filters)
     return environment.get_template(name)

@@ -1,5 +1,4 @@
 // The part as triangles, their normals, and the edges that are drawn; lengths in radii.
-const data = JSON.parse(document.getElementById("part-data").textContent);
 const CREASE = Math.cos(25 * Math.PI / 180);
 
 function bytes(text) {
@@ -13,34 +12,38 @@ function cross(a, b) {
 }
 function dot(a, b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-const points = new Float32Array(bytes(data.vertices));
-const corners = new (data.wide ? Uint32Array : Uint16Array)(bytes(data.triangles));
-const count = corners.length / 3;
-const point = i => [points[3 * i], points[3 * i + 1], points[3 * i + 2]];
-const normals = [];
-for (let t = 0; t < count; t++) {
-  const a = point(corners[3 * t]), b = point(corners[3 * t + 1]), c = point(corners[3 * t + 2]);
-  const ab = b.map((x, k) => x - a[k]), ac = c.map((x, k) => x - a[k]), n = cross(ab, ac);
-  // Triangles thinner than their coordinates are exact have no direction.
-  const thin = dot(n, n) < 1e-12 * Math.max(dot(ab, ab), dot(ac, ac));
-  normals.push(thin ? [0, 0, 0] : unit(n));
+// The part that a page tells of, with its poses and all that is drawn of it.
+function readPart(data) {
+  const points = new Float32Array(bytes(data.vertices));
+  const corners = new (data.wide ? Uint32Array : Uint16Array)(bytes(data.triangles));
+  const count = corners.length / 3;
+  const point = i => [points[3 * i], points[3 * i + 1], points[3 * i + 2]];
+  const normals = [];
+  for (let t = 0; t < count; t++) {
+    const [a, b, c] = [0, 1, 2].map(k => point(corners[3 * t + k]));
+    const ab = b.map((x, k) => x - a[k]), ac = c.map((x, k) => x - a[k]), n = cross(ab, ac);
+    // Triangles thinner than their coordinates are exact have no direction.
+    const thin = dot(n, n) < 1e-12 * Math.max(dot(ab, ab), dot(ac, ac));
+    normals.push(thin ? [0, 0, 0] : unit(n));
+  }
+  const lines = creases(corners, normals);
+  return { poses: data.poses, points, corners, count, point, normals, lines };
 }
-const lines = creases();
 
 // Edges between triangles that meet at an angle, or that only one triangle has.
-function creases() {
-  const seen = new Map(), found = [];
-  for (let t = 0; t < count; t++) {
+function creases(corners, normals) {
+  const seen = new Map(), edges = [];
+  for (let t = 0; t < normals.length; t++) {
     for (let k = 0; k < 3; k++) {
       const i = corners[3 * t + k], j = corners[3 * t + (k + 1) % 3];
       const key = Math.min(i, j) * 4194304 + Math.max(i, j);
       const other = seen.get(key);
       if (other === undefined) { seen.set(key, t); continue; }
       seen.delete(key);
-      const [one, two] = [normals[t], normals[other]];
-      if (dot(one, two) < CREASE && dot(one, one) > 0 && dot(two, two) > 0) found.push(i, j);
+      const [m, n] = [normals[t], normals[other]];
+      if (dot(m, n) < CREASE && dot(m, m) > 0 && dot(n, n) > 0) edges.push(i, j);
     }
   }
-  for (const key of seen.keys()) found.push(Math.floor(key / 4194304), key % 4194304);
-  return found;
+  for (const key of seen.keys()) edges.push(Math.floor(key / 4194304), key % 4194304);
+  return edges;
 }

@@ -1,10 +1,13 @@
 // Draws on a 2-D canvas, triangle by triangle from the back, where there is no WebGL.
-function withPaint() {
+function withPaint(canvas) {
   const pen = canvas.getContext("2d");
   if (!pen) return null;
-  return function () {
-    const pose = data.poses[state.pose], turn = turning(pose), look = looking();
-    const [sx, sy] = scales(), low = middle();
+  let part = null;
+  return { canvas, kind: "2d", load(loaded) { part = loaded; }, draw };
+  function draw(pose, view) {
+    const { points, corners, count, point, normals } = part;
+    const turn = turning(pose), look = looking(view);
+    const [sx, sy] = scales(canvas, view), low = middle(pose);
     const map = p => {
       const q = [p[0], p[1], p[2] - low];
       return [canvas.width * (0.5 + 0.5 * sx * dot(look[0], q)),
@@ -31,7 +34,7 @@ function withPaint() {
     }
     seen.sort((a, b) => a[0] - b[0]);
     for (const [, spot, color] of seen) fill(spot, color);
-  };
+  }
   function fill(spots, color) {
     pen.beginPath();
     spots.forEach((p, k) => (k ? pen.lineTo(p[0], p[1]) : pen.moveTo(p[0], p[1])));

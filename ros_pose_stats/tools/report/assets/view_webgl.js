@@ -1,5 +1,5 @@
 // Draws with WebGL.
-function withGl() {
+function withGl(canvas) {
   const gl = canvas.getContext("webgl", { antialias: true, preserveDrawingBuffer: true });
   if (!gl) return null;
   const program = gl.createProgram();
@@ -32,20 +32,23 @@ function withGl() {
   const names = ["turn", "look", "scale", "height", "middle", "flat_", "light", "color", "shaded",
     "lift"];
   const uniform = Object.fromEntries(names.map(name => [name, at(name)]));
-  const faces = [], up = [0, 0, 1];
-  for (let t = 0; t < count; t++)
-    for (let k = 0; k < 3; k++) faces.push(...point(corners[3 * t + k]), ...normals[t]);
-  const rims = [];
-  for (const i of lines) rims.push(...point(i), ...up);
-  const plate = [];
-  for (const [x, y] of [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]])
-    plate.push(1.05 * x, 1.05 * y, 0, ...up);
-  const meshes = [faces, rims, plate].map(list => {
-    const buffer = gl.createBuffer();
-    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+  const [faces, rims, plate] = [0, 1, 2].map(() => ({ buffer: gl.createBuffer(), size: 0 }));
+  const up = [0, 0, 1];
+  function fill(mesh, list) {
+    gl.bindBuffer(gl.ARRAY_BUFFER, mesh.buffer);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(list), gl.STATIC_DRAW);
-    return { buffer, size: list.length / 6 };
-  });
+    mesh.size = list.length / 6;
+  }
+  fill(plate, [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]]
+    .flatMap(([x, y]) => [1.05 * x, 1.05 * y, 0, ...up]));
+  function load(part) {
+    const list = [];
+    for (let t = 0; t < part.count; t++)
+      for (let k = 0; k < 3; k++)
+        list.push(...part.point(part.corners[3 * t + k]), ...part.normals[t]);
+    fill(faces, list);
+    fill(rims, part.lines.flatMap(i => [...part.point(i), ...up]));
+  }
   const attributes = ["place", "facing"].map(name => gl.getAttribLocation(program, name));
   function draw(mesh, mode, color, shaded, flat, turn, height) {
     gl.bindBuffer(gl.ARRAY_BUFFER, mesh.buffer);
@@ -64,20 +67,21 @@ function withGl() {
   const still = [1, 0, 0, 0, 1, 0, 0, 0, 1];
   gl.enable(gl.DEPTH_TEST);
   gl.clearColor(1, 1, 1, 1);
-  return function () {
-    const pose = data.poses[state.pose], turn = turning(pose);
+  return { canvas, kind: "webgl", load, draw: drawAll };
+  function drawAll(pose, view) {
+    const turn = turning(pose);
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    gl.uniformMatrix3fv(uniform.look, false, columns(looking().flat()));
-    gl.uniform2fv(uniform.scale, scales());
-    gl.uniform1f(uniform.middle, middle());
+    gl.uniformMatrix3fv(uniform.look, false, columns(looking(view).flat()));
+    gl.uniform2fv(uniform.scale, scales(canvas, view));
+    gl.uniform1f(uniform.middle, middle(pose));
     gl.uniform3fv(uniform.light, LIGHT);
     gl.uniform1f(uniform.lift, 0);
-    draw(meshes[2], gl.TRIANGLES, [0.925, 0.925, 0.925], 0, 0, still, 0);
-    draw(meshes[0], gl.TRIANGLES, [0.7, 0.7, 0.7], 0, 1, turn, pose.height);
-    draw(meshes[0], gl.TRIANGLES, PART, 1, 0, turn, pose.height);
+    draw(plate, gl.TRIANGLES, [0.925, 0.925, 0.925], 0, 0, still, 0);
+    draw(faces, gl.TRIANGLES, [0.7, 0.7, 0.7], 0, 1, turn, pose.height);
+    draw(faces, gl.TRIANGLES, PART, 1, 0, turn, pose.height);
     // A polygon offset would push thin triangles far back, and lines behind them would show.
     gl.uniform1f(uniform.lift, 0.004);
-    draw(meshes[1], gl.LINES, [0.13, 0.2, 0.3], 0, 0, turn, pose.height);
-  };
+    draw(rims, gl.LINES, [0.13, 0.2, 0.3], 0, 0, turn, pose.height);
+  }
 }
