@@ -22,6 +22,7 @@ setup(
         PACKAGE: ["py.typed"],
         f"{PACKAGE}.tools.report": ["assets/*"],
         f"{PACKAGE}.tools.catalogue": ["assets/*"],
+        f"{PACKAGE}.tools.watching": ["assets/*"],
         f"{PACKAGE}.core.estimators": ["weights/*.npz"],
     },
     data_files=[

@@ -120,8 +120,14 @@ def _synopsis(command: CommandParser, arguments: list[argparse.Action]) -> list[
         for action in arguments
         if action.option_strings and action.required
     ]
-    groups = [group._group_actions for group in command._mutually_exclusive_groups]
-    grouped = [action for group in groups for action in group]
+    exclusive = command._mutually_exclusive_groups
+    pieces += [
+        f"({' | '.join(map(_option, group._group_actions))})"
+        for group in exclusive
+        if group.required
+    ]
+    groups = [group._group_actions for group in exclusive if not group.required]
+    grouped = [action for group in exclusive for action in group._group_actions]
     optional = [
         [action]
         for action in arguments

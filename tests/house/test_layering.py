@@ -45,7 +45,7 @@ FLOORS = {
         {"bags", "batch", "design"},
         {"plots"},
         {"report"},
-        {"catalogue"},
+        {"catalogue", "watching"},
         {"commands"},
         {"cli"},
     ),

@@ -1,10 +1,14 @@
 """`report PART`: a page about a part's poses, to look at and to send."""
 
 import argparse
+import os
 import shlex
+import sys
+import threading
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...base import extras, text
 from ...base.errors import RequestError
 from .terminal import arguments, cells, running
 
@@ -28,12 +32,31 @@ def register(commands: arguments.Commands) -> None:
             "--kick 0.02 --cycle-time 0.5 -o clamp.html",
             "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0 --changes "
             "-o clamp.html",
+            "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0 --watch",
         ),
         run=run,
     )
     arguments.add_part(command, "--accept-open", *arguments.POSE_OPTIONS)
-    arguments.add_options(
-        command, "--output", required=True, help="the page to write, FILE.html"
+    output = command.add_mutually_exclusive_group(required=True)
+    output.add_argument(
+        "-o", "--output", metavar="FILE", help="the page to write, FILE.html"
+    )
+    output.add_argument(
+        "--watch",
+        action="store_true",
+        help="serve a page on a local address in place of writing one: it shows each "
+        "version of the part as soon as its file is saved, and what changed",
+    )
+    command.add_argument(
+        "--port",
+        type=arguments.read_count,
+        metavar="N",
+        help="with --watch: the port of the address (default: any that is free)",
+    )
+    command.add_argument(
+        "--no-browser",
+        action="store_true",
+        help="with --watch: open no browser; the address is printed",
     )
     arguments.add_options(
         command,
@@ -78,11 +101,13 @@ def register(commands: arguments.Commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Investigate the part, write the page, and print what was written."""
+    check_watch(options)
+    if options.watch:
+        return watch(options)
     page = running.page_file(options.output)
     picture = running.picture_file(options.png)
     with running.announce_slow_start(), running.end_on_interrupt():
         from ...base.files import write_file
-        from ...base.text import several
         from ..plots import figures, shares
         from ..report.findings import Feeder, investigate
         from ..report.page import report_page
@@ -103,19 +128,86 @@ def run(options: argparse.Namespace) -> int:
         )
         simulated = findings.simulated
         bar.draw(1.0, "pictures")
-        text = report_page(findings, commands_to_reproduce(options, simulated))
-        write_file(page, text.encode(errors="replace"))
+        html = report_page(findings, commands_to_reproduce(options, simulated))
+        write_file(page, html.encode(errors="replace"))
         if picture is not None:
             statistics = (simulated, findings.best_estimate)
             figure = shares.key_picture(part, statistics, findings.graph)
             write_file(picture, figures.png_bytes(figure))
     print(
         f"{part.part_id}: {simulated.scene}\n{running.describe_size(page)}, "
-        f"{several(len(simulated.poses), 'pose')}, {simulated.drops} drops"
+        f"{text.several(len(simulated.poses), 'pose')}, {simulated.drops} drops"
     )
     if picture is not None:
         print(running.describe_size(picture))
     return 0
+
+
+WRITTEN = ("png", "rate", "kick", "flips", "plate", "pixel", "changes", "drops")
+"""Options of a page that is written; the one that follows the file has none of it."""
+
+
+def check_watch(options: argparse.Namespace) -> None:
+    """Refuse options of a page that is written beside --watch, and the reverse."""
+    if options.watch:
+        words = arguments.option_words(vars(options), *WRITTEN)
+        if words:
+            raise RequestError(
+                "--watch with the part, the scene, --wanted and --seed",
+                words[0],
+                "write a page with it: -o FILE.html",
+            )
+    elif options.port is not None or options.no_browser:
+        raise RequestError(
+            "--port and --no-browser with --watch", "-o", "add --watch in its place"
+        )
+
+
+def watch(options: argparse.Namespace) -> int:
+    """Serve a page that follows the file, until Ctrl-C or SIGTERM."""
+    extras.require_modules("jinja2", "matplotlib", "PIL")
+    with running.preparing_kernels():
+        from ..watching import page
+        from ..watching.followed_file import FollowedFile
+        from ..watching.news import NewsBoard
+        from ..watching.server import PageServer
+        from ..watching.serving import serve
+        from ..watching.session import Session
+        from ..watching.versions import History
+
+    path = Path(options.part)
+    name = text.printable(path.name)
+    board = NewsBoard()
+    session = Session(
+        FollowedFile(path),
+        lambda: running.load_named_part(options),
+        arguments.drop_scene(options),
+        History(tuple(dict.fromkeys(options.wanted))),
+        options.seed,
+        board,
+        lambda line: print(text.printable(line), flush=True),
+    )
+    with PageServer(
+        options.port or 0, page.frame_page(name), page.page_script(), board
+    ) as server:
+        with running.end_on_interrupt():
+            session.begin()
+        print(f"{name} is followed on {server.address} until Ctrl-C", flush=True)
+        if not options.no_browser:
+            open_browser(server.address)
+        serve(server, session)
+    return 0
+
+
+def open_browser(address: str) -> None:
+    """Show an address, where there is a screen: else a browser would take the terminal."""
+    if sys.platform == "linux" and not (
+        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    ):
+        return
+    import webbrowser
+
+    threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
 
 def cell_of(options: argparse.Namespace) -> "FeederCell | None":

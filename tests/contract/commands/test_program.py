@@ -126,7 +126,8 @@ for words in (["bag", {str(write_recorded(parts / "bag"))!r}, "--json"],
         (
             "estimate",
             "numba",
-            "trimesh networkx scipy.stats matplotlib mcap rclpy dask distributed",
+            "trimesh networkx scipy.stats matplotlib mcap rclpy dask distributed "
+            "http.server ros_pose_stats.tools.watching",
         ),
     ],
 )

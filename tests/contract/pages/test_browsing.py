@@ -2,7 +2,14 @@
 turns.
 """
 
+import signal
+
 import pytest
+
+from lab.bodies import shapes
+from tests.answers import write_stl
+
+from .watching import WatchingCommand
 
 HARMLESS = ("software WebGL", "GPU stall")
 """What a browser without a graphics card says of itself."""
@@ -135,3 +142,70 @@ def test_no_figure_is_squeezed_or_covered_in_print(clamp, browser):
         assert browser.evaluate("document.documentElement.scrollWidth") == 720
     finally:
         browser.ask("Emulation.setEmulatedMedia", media="")
+
+
+CURRENT = """new Promise(done => {
+  const look = () => document.getElementById("version").dataset.version === "%d"
+    ? done(true) : setTimeout(look, 10);
+  look();
+})"""
+"""Until the page that follows a file shows some version."""
+
+PICTURED = """[...document.querySelectorAll("canvas.still")].map(e => {
+  const data = e.getContext("2d").getImageData(0, 0, e.width, e.height).data;
+  let blue = 0;
+  for (let i = 0; i < data.length; i += 4) blue += data[i + 2] > data[i] + 40;
+  return blue / (data.length / 4);
+})"""
+"""Of each picture of a pose the share that shows the blue part."""
+
+
+def test_the_page_follows_its_file_and_stays_as_it_was_turned(tmp_path, browser):
+    file = write_stl(tmp_path / "box.stl", shapes.box(20.0, 30.0, 40.0))
+    command = WatchingCommand(file, "--wanted", "4,5")
+    try:
+        browser.open("about:blank")
+        browser.requests.clear()
+        browser.complaints.clear()
+        browser.open(command.address)
+        browser.evaluate(CURRENT % 1)
+        browser.evaluate("document.querySelector('#view').scrollIntoView()")
+        browser.evaluate("document.querySelectorAll('button[data-show]')[2].click()")
+        x, y = browser.evaluate(
+            "(r => [r.x + r.width / 2, r.y + r.height / 2])"
+            "(document.getElementById('view').getBoundingClientRect())"
+        )
+        browser.drag((x, y), (x + 120, y + 40))
+        kept = f"[...{STATE}, scrollY]"
+        before = browser.evaluate(kept)
+        write_stl(file, shapes.box(20.0, 30.0, 29.0))
+        browser.evaluate(CURRENT % 2)
+        browser.evaluate("new Promise(f => requestAnimationFrame(() => f()))")
+        after = browser.evaluate(kept)
+        # The third pose that was shown is on a side that is the second now.
+        assert (before[2], after[2]) == ("4", "2")
+        assert after[:2] == before[:2] and after[3] > 0
+        assert min(browser.evaluate(PICTURED)) > 0.03 and browser.evaluate(SHOWN) > 0.03
+        assert browser.evaluate("document.title").endswith("accepted: box.stl")
+        for width in (390, 1280):
+            browser.ask(
+                "Emulation.setDeviceMetricsOverride",
+                width=width,
+                height=844,
+                deviceScaleFactor=1,
+                mobile=False,
+            )
+            assert browser.evaluate(CUT) == []
+            assert browser.evaluate("document.documentElement.scrollWidth") <= width
+        assert all(url.startswith(command.address) for url in browser.requests)
+    finally:
+        assert command.end(signal.SIGINT) == (0, "")
+    browser.evaluate(
+        """new Promise(done => {
+          const look = () => document.getElementById("ended").textContent
+            .includes("has ended") ? done(true) : setTimeout(look, 50);
+          look();
+        })"""
+    )
+    complaints = [line for line in browser.complaints if "ERR_CONN" not in line]
+    assert [line for line in complaints if not any(w in line for w in HARMLESS)] == []
