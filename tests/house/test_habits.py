@@ -160,9 +160,14 @@ def test_the_habits_are_seen(habit, text):
     assert len(list(habit(nodes_of(text)))) == 1
 
 
-TESTS_IN_LAB = ("tests.contract.node.harness",)
+TESTS_IN_LAB = (
+    "tests.contract.node.harness",
+    "tests.contract.pages.browser",
+    "tests.contract.pages.watching",
+)
 LAB_IN_TESTS = ("lab.bodies",)
-"""What the lab needs of the tests, a node and its client, and what tests need of it."""
+"""What the lab needs of the tests, a node with its client and a page with its browser,
+and what tests need of it."""
 
 
 def imported_modules(tree, wing):
