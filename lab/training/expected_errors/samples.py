@@ -63,9 +63,12 @@ def error_samples(
         for name, estimate in answers.items():
             scale = error_scale(resting, estimate, answers_known)
             if scale.mean() > DECIDED:
+                inputs = error_inputs(
+                    resting, estimate[None], scene, answers_known, scale[None]
+                )
                 rows[name].append(
                     (
-                        error_inputs(resting, estimate, scene, answers_known, scale),
+                        inputs[0],
                         float(scale.mean()),
                         float(np.mean(np.square(estimate - share))),
                         noise,

@@ -2,9 +2,11 @@
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from importlib import import_module
+
+import numpy as np
 
 from ...base import errors, methods
 from ..records import Array, DropScene, Part, PoseStatistics
@@ -18,7 +20,7 @@ from ..records.scene import (
 from ..records.shares import pose_statistics
 from ..resting import poses, trust
 from . import published
-from .expected import ExpectedError, best_method, expected_error, unknown_error
+from .expected import ExpectedError, best_method, expected_errors, unknown_error
 
 
 @dataclass(frozen=True)
@@ -68,29 +70,42 @@ def estimate_in(
     part: Part, scene: DropScene, method: str = methods.AUTO
 ) -> PoseStatistics:
     """Estimate without drops, by a name, or `auto` for the one that errs least."""
+    name = best_method(scene.restitution) if method == methods.AUTO else method
+    return estimates_in(part, scene, [name])[0]
+
+
+def estimates_in(
+    part: Part, scene: DropScene, names: Iterable[str] = ESTIMATORS
+) -> list[PoseStatistics]:
+    """Estimate without drops by several methods, which share the work and its time."""
     begin = time.perf_counter()
-    chosen = estimator(
-        best_method(scene.restitution) if method == methods.AUTO else method
-    )
+    chosen = [estimator(name) for name in names]
     resting = poses.poses_in(part, scene)
-    probability = chosen.function(resting, scene)
-    expected = unknown_error(probability)
+    probabilities = np.array([entry.function(resting, scene) for entry in chosen])
     if part.error_known:
-        expected = expected_error(chosen.name, resting, probability, scene)
-    return pose_statistics(
-        part,
-        resting.body.radius,
-        resting.poses,
-        expected.shares(probability),
-        chosen.name,
-        scene,
-        knows_scene=chosen.knows_scene,
-        seconds=time.perf_counter() - begin,
-        warnings=(
-            *trust.pose_notes(resting),
-            *_warnings(resting, chosen, scene, expected),
-        ),
-    )
+        expectations = expected_errors(
+            [entry.name for entry in chosen], resting, probabilities, scene
+        )
+    else:
+        expectations = list(map(unknown_error, probabilities))
+    notes = trust.pose_notes(resting)
+    seconds = (time.perf_counter() - begin) / len(chosen)
+    return [
+        pose_statistics(
+            part,
+            resting.body.radius,
+            resting.poses,
+            expected.shares(probability),
+            entry.name,
+            scene,
+            knows_scene=entry.knows_scene,
+            seconds=seconds,
+            warnings=(*notes, *_warnings(resting, entry, scene, expected)),
+        )
+        for entry, probability, expected in zip(
+            chosen, probabilities, expectations, strict=True
+        )
+    ]
 
 
 def estimate_all(
@@ -103,10 +118,11 @@ def estimate_all(
 ) -> list[PoseStatistics]:
     """Estimate by every registered method, in the registry's order, without drops.
 
-    Parameters and errors are those of `estimate`.
+    Parameters and errors are those of `estimate`. What methods have in common is done
+    once, and `seconds` of each answer is the same share of the time of all.
     """
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    return [estimate_in(part, scene, name) for name in ESTIMATORS]
+    return estimates_in(part, scene)
 
 
 def _warnings(

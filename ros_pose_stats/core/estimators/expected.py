@@ -13,6 +13,7 @@ keep together.
 """
 
 import math
+from collections.abc import Sequence
 from functools import cache, lru_cache
 from typing import NamedTuple
 
@@ -21,8 +22,8 @@ import numpy as np
 from ..records import Array, DropScene, Index
 from ..records.shares import Shares
 from ..resting.poses import RestingPoses
-from ..statistics.errors import DEFAULT_LEVEL, largest_error, root_mean_square
-from . import fitted, published
+from ..statistics.errors import DEFAULT_LEVEL, largest_error, largest_errors
+from . import fitted
 
 UNUSUAL_RATIO = 2.0
 """Expected error over the usual one, from which on METHODS_DISAGREE warns."""
@@ -121,68 +122,125 @@ def expected_error(
     fits: dict[str, fitted.ErrorFit] = fitted.ERROR_FITS,
 ) -> ExpectedError:
     """Expected error of one estimate (P,), by index."""
-    if name not in fits:
-        return unknown_error(probability)
-    fit = fits[name]
+    return expected_errors([name], resting, probability[None], scene, fits)[0]
+
+
+def expected_errors(
+    names: Sequence[str],
+    resting: RestingPoses,
+    probability: Array,
+    scene: DropScene,
+    fits: dict[str, fitted.ErrorFit] = fitted.ERROR_FITS,
+) -> list[ExpectedError]:
+    """Expected errors of estimates (M, P) by several methods, by index."""
+    if not all(name in fits for name in names):
+        return [
+            expected_error(name, resting, estimate, scene, fits)
+            if name in fits
+            else unknown_error(estimate)
+            for name, estimate in zip(names, probability, strict=True)
+        ]
+    chosen_fits = [fits[name] for name in names]
     answers = fitted.reference_answers(resting)
-    scale = fitted.error_scale(resting, probability, answers)
-    mean_scale = float(scale.mean())
-    square_error = 0.0
-    extrapolation = 0.0
-    if mean_scale > SYMMETRY_SCALE:
-        inputs = fitted.error_inputs(resting, probability, scene, answers, scale)
-        extrapolation = fit.extrapolation(inputs)
-        square_error = max(
-            mean_scale * math.exp(float(fit(inputs))),
-            SMALLEST_SHARE * float(np.mean(np.square(probability - answers[1]))),
-        )
-    part_error = math.sqrt(square_error) * (1.0 + EXTRAPOLATION_GROWTH * extrapolation)
+    measured_errors, extrapolation = _measured_errors(
+        chosen_fits, resting, probability, scene, answers
+    )
 
     # Shared as for drops, in proportion to p (1 - p); where symmetry decides all, no
     # pose has an error, and where an estimate is certain and may be wrong, all have the
     # same.
     spread = fitted.single_drop_variance(resting, probability)
-    total_spread = float(spread.sum())
-    pose_errors = np.full(spread.shape, part_error)
-    if total_spread > SYMMETRY_SCALE:
-        pose_errors = part_error * np.sqrt(spread * (spread.size / total_spread))
+    total_spread = spread.sum(axis=1, keepdims=True)
+    is_open = total_spread > SYMMETRY_SCALE
+    evenness = spread.shape[1] / np.where(is_open, total_spread, 1.0)
+    relative_spread = np.where(is_open, spread * evenness, 1.0)
+    pose_errors = measured_errors[:, None] * np.sqrt(relative_spread)
 
+    rocking = rocking_errors(resting, probability)
     rolling = rolling_errors(resting, probability)
-    for extra_errors in (rocking_errors(resting, probability), rolling):
-        if extra_errors.any():
-            part_error = math.hypot(part_error, root_mean_square(extra_errors))
-            pose_errors = np.hypot(pose_errors, extra_errors)
-    part_error = min(part_error, 1.0)
+    pose_errors = np.hypot(np.hypot(pose_errors, rocking), rolling)
     pose_errors = np.minimum(pose_errors, 1.0)
-    return ExpectedError(
-        part_error,
-        math.sqrt(_usual_square(name, scene.restitution)),
-        float(np.ptp(answers, axis=0).max()),
-        pose_errors,
-        interval_reach(fit.scatter),
-        bound_pose_errors(pose_errors, resting.group, fit),
-        extrapolation,
-        root_mean_square(rolling),
+    rolling_means = _row_means(rolling)
+    part_errors = [
+        min(math.hypot(math.hypot(measured_error, rocking_mean), rolling_mean), 1.0)
+        for measured_error, rocking_mean, rolling_mean in zip(
+            measured_errors.tolist(), _row_means(rocking), rolling_means, strict=True
+        )
+    ]
+    disagreement = float(np.ptp(answers, axis=0).max())
+    bounds = bound_pose_errors(pose_errors, resting.group, chosen_fits)
+    return [
+        ExpectedError(
+            part_errors[k],
+            math.sqrt(_usual_square(name, scene.restitution)),
+            disagreement,
+            pose_errors[k],
+            interval_reach(chosen_fits[k].scatter),
+            bounds[k],
+            extrapolation[k],
+            rolling_means[k],
+        )
+        for k, name in enumerate(names)
+    ]
+
+
+def _measured_errors(
+    fits: Sequence[fitted.ErrorFit],
+    resting: RestingPoses,
+    probability: Array,
+    scene: DropScene,
+    answers: Array,
+) -> tuple[Array, list[float]]:
+    """Root mean square (M,) as on the parts of the fit, 0 where symmetry decides.
+
+    How far each lies beyond the fit, too.
+    """
+    scale = fitted.error_scale(resting, probability, answers)
+    mean_scale = scale.mean(axis=1)
+    distance = np.square(probability - answers[1]).mean(axis=1)
+    errors = np.zeros(len(fits))
+    extrapolation = [0.0] * len(fits)
+    rows = np.flatnonzero(mean_scale > SYMMETRY_SCALE)
+    if not rows.size:
+        return errors, extrapolation
+    inputs = fitted.error_inputs(
+        resting, probability[rows], scene, answers, scale[rows]
     )
+    for row, row_inputs in zip(rows.tolist(), inputs, strict=True):
+        extrapolation[row] = fits[row].extrapolation(row_inputs)
+        square_error = max(
+            mean_scale[row] * math.exp(float(fits[row](row_inputs))),
+            SMALLEST_SHARE * distance[row],
+        )
+        growth = 1.0 + EXTRAPOLATION_GROWTH * extrapolation[row]
+        errors[row] = math.sqrt(square_error) * growth
+    return errors, extrapolation
+
+
+def _row_means(values: Array) -> list[float]:
+    """Root mean squares of rows (M, P)."""
+    means: list[float] = np.sqrt((values * values).mean(axis=1)).tolist()
+    return means
 
 
 def rocking_errors(resting: RestingPoses, probability: Array) -> Array:
-    """Error (P,) of parts that rock on curves which are no full turn.
+    """Errors (M, P) of parts that rock on curves which are no full turn.
 
     There a part keeps its energy, and a flat takes it in one blow. No estimator knows
     how often, so its error grows with the scatter of curves over the poses that the
     part may come to rest in.
     """
     curvature = np.square(resting.curves[0])
+    mean_curvature = fitted.scalar_products(probability, curvature)
     return np.asarray(
         ROCKING_FACTOR
         * np.sqrt(probability)
-        * np.abs(curvature - probability @ curvature)
+        * np.abs(curvature - mean_curvature[:, None])
     )
 
 
 def rolling_errors(resting: RestingPoses, probability: Array) -> Array:
-    """Error (P,) of parts that roll with the centre of mass beside the axis.
+    """Errors (M, P) of parts that roll with the centre of mass beside the axis.
 
     Without friction nothing turns a part about the vertical, so it cannot lie down
     before it has lost the spin of its roll. No estimator knows of it. The error is what
@@ -196,22 +254,27 @@ def rolling_errors(resting: RestingPoses, probability: Array) -> Array:
         * offset
         * np.sqrt(probability * np.maximum(probability, RARE_SHARE))
     )
-    return np.abs(published.normalize(probability + gain) - probability)
+    grown = probability + gain
+    change: Array = grown / grown.sum(axis=1, keepdims=True) - probability
+    return np.abs(change)
 
 
-def bound_pose_errors(errors: Array, group: Index, fit: fitted.ErrorFit) -> float:
-    """Bound that errors of poses keep together with 90 % confidence.
+def bound_pose_errors(
+    errors: Array, group: Index, fits: Sequence[fitted.ErrorFit]
+) -> list[float]:
+    """Bounds that errors (M, P) of poses keep together with 90 % confidence.
 
     Poses of one `group` share their error.
     """
-    weight, factor = scatter_mixture(fit.scatter)
+    mixtures = [scatter_mixture(fit.scatter) for fit in fits]
+    factors = np.array([factor for _, factor in mixtures])
     unit_size = np.bincount(group)
-    unit_errors = np.zeros(unit_size.shape[0])
-    unit_errors[group] = errors
-    return largest_error(
-        factor[:, None] * unit_errors * unit_size,
+    unit_errors = np.zeros((len(errors), unit_size.shape[0]))
+    unit_errors[:, group] = errors
+    return largest_errors(
+        factors[:, :, None] * unit_errors[:, None, :] * unit_size,
         DEFAULT_LEVEL,
-        weight=weight,
+        weight=mixtures[0][0],  # of all
         size=unit_size,
     )
 
@@ -241,6 +304,7 @@ def best_method(restitution: float) -> str:
     return min(fitted.USUAL_ERRORS, key=lambda name: _usual_square(name, restitution))
 
 
+@lru_cache
 def _usual_square(name: str, restitution: float) -> float:
     return float(
         np.interp(restitution, fitted.USUAL_AT, np.square(fitted.USUAL_ERRORS[name]))

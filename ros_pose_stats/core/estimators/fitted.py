@@ -14,7 +14,15 @@ import numpy as np
 from ..records import Array, DropScene
 from ..records.scene import DEFAULT_DROP_RADII
 from ..resting.poses import RestingPoses
-from .published import eae, meae, nonlinear, normalize, qse, share_in_groups
+from .published import (
+    eae,
+    group_sums,
+    meae,
+    nonlinear,
+    normalize,
+    qse,
+    share_in_groups,
+)
 
 SPLIT_FILE = Path(__file__).parent / "weights" / "split.npz"
 ERROR_FILE = SPLIT_FILE.with_name("expected_errors.npz")
@@ -71,7 +79,7 @@ class ErrorFit(NamedTuple):
 
     def __call__(self, inputs: Array) -> Array:
         """Logarithm of the expected square error over the mean of `error_scale`."""
-        return self.network(np.clip(inputs, self.lowest, self.highest))
+        return self.network(np.minimum(np.maximum(inputs, self.lowest), self.highest))
 
     def extrapolation(self, inputs: Array) -> float:
         """How far inputs (K,) lie beyond the fit, in ranges of the input, summed."""
@@ -191,46 +199,43 @@ def error_inputs(
     answers: Array,
     scale: Array,
 ) -> Array:
-    """Inputs (17,) of `ErrorFit`; the scale of an error must be above 0 for some pose.
+    """Inputs (M, 17) of `ErrorFit` for estimates (M, P) with their scales (M, P).
 
-    Scene; how far the methods are apart over the mean scale; the poses, their scales
-    and barriers; then body and corners as `split` has them.
+    The scale of an error must be above 0 for some pose of each. Scene; how far the
+    methods are apart over the mean scale; the poses, their scales and barriers; then
+    body and corners as `split` has them.
     """
     energy, modified, quasi_static = answers
-    total = float(scale.sum())
+    total = scale.sum(axis=1)
     # Of the estimate from MEAE, and of MEAE from NQSE, EAE and QSE.
-    differences = np.array(
-        [
-            probability - modified,
-            modified - normalize(nonlinear(quasi_static)),
-            modified - energy,
-            modified - quasi_static,
-        ]
-    )
-    log_distances = np.log(
-        (differences * differences).sum(axis=1) / total + SMALLEST_DISTANCE
-    )
+    distance_squares = np.empty((len(total), 4))
+    distance_squares[:, 0] = np.square(probability - modified).sum(axis=1)
+    references = np.array((normalize(nonlinear(quasi_static)), energy, quasi_static))
+    distance_squares[:, 1:] = np.square(modified - references).sum(axis=1)
     depth = np.log(np.minimum(resting.clusters.barrier, 1.0) + SHALLOWEST)
-    poses = (
-        math.log(scale.size),
-        math.log(total),
-        scale @ depth / total,
-        probability @ depth,
-    )
-    height = math.log(max(drop_radii(resting, scene), LOWEST_DROP))
-    return np.concatenate(
-        (
-            (-math.log1p(-scene.restitution), height),
-            log_distances,
-            poses,
-            resting.shape_features,
-            corner_inputs(resting),
-        )
-    )
+    inputs = np.empty((len(total), 17))
+    inputs[:, 0] = -math.log1p(-scene.restitution)
+    inputs[:, 1] = math.log(max(drop_radii(resting, scene), LOWEST_DROP))
+    inputs[:, 2:6] = np.log(distance_squares / total[:, None] + SMALLEST_DISTANCE)
+    inputs[:, 6] = math.log(scale.shape[1])
+    inputs[:, 7] = [math.log(row_total) for row_total in total.tolist()]
+    inputs[:, 8] = scalar_products(scale, depth) / total
+    inputs[:, 9] = scalar_products(probability, depth)
+    inputs[:, 10:15] = resting.shape_features
+    inputs[:, 15:17] = corner_inputs(resting)
+    return inputs
+
+
+def scalar_products(rows: Array, vector: Array) -> Array:
+    """Products (M,) of rows (M, P) with a vector (P,), each summed as by itself.
+
+    A product of matrix and vector may round otherwise for other rows beside it.
+    """
+    return np.asarray((rows[:, None, :] @ vector[:, None])[:, 0, 0])
 
 
 def error_scale(resting: RestingPoses, probability: Array, answers: Array) -> Array:
-    """Scale of the square error (P,): p (1 - p) plus the square distance from MEAE.
+    """Scale of the square error (..., P): p (1 - p) plus the square distance from MEAE.
 
     The first is the square error of a single drop, the second is for an estimate that
     is certain and wrong. Poses that symmetry makes equal count as one in p (1 - p).
@@ -242,20 +247,16 @@ def error_scale(resting: RestingPoses, probability: Array, answers: Array) -> Ar
 
 def reference_answers(resting: RestingPoses) -> Array:
     """Answers (3, P) of EAE, MEAE and QSE."""
-    return np.array(
-        [
-            share_in_groups(values, resting.group)
-            for values in (eae(resting), meae(resting), qse(resting))
-        ]
-    )
+    answers = np.array((eae(resting), meae(resting), qse(resting)))
+    return share_in_groups(answers, resting.group)
 
 
 def single_drop_variance(resting: RestingPoses, probability: Array) -> Array:
-    """The product p (1 - p) of each pose (P,).
+    """The product p (1 - p) of each pose (..., P).
 
     Poses that symmetry makes equal count as one, and share it evenly.
     """
     group = resting.group
-    group_share = np.bincount(group, probability)[group]
+    group_share = group_sums(probability, group).take(group, axis=-1)
     size = np.bincount(group)[group]
     return np.asarray(group_share * np.maximum(1.0 - group_share, 0.0) / (size * size))

@@ -22,9 +22,20 @@ def _share_by(resting: poses.RestingPoses, size: Array) -> Array:
     return normalize(resting.gather(size[resting.equilibria.faces]))
 
 
+def group_sums(values: Array, group: Index) -> Array:
+    """Sums (..., G) of values of poses (..., P) over their groups (P,)."""
+    groups = int(group.max()) + 1
+    rows = values.reshape(-1, group.size)
+    bins = groups * np.arange(len(rows))[:, None] + group
+    sums = np.bincount(bins.ravel(), rows.ravel(), groups * len(rows))
+    return sums.reshape(*values.shape[:-1], groups).astype(np.float64, copy=False)
+
+
 def share_in_groups(values: Array, group: Index) -> Array:
-    """Values of poses (P,), shared evenly among those of one group (P,)."""
-    return (np.bincount(group, values) / np.bincount(group))[group]
+    """Values of poses (..., P), shared evenly among those of one group (P,)."""
+    # Rows lie one after the other, as they would not by an index: sums round by that.
+    shares: Array = group_sums(values, group) / np.bincount(group)
+    return shares.take(group, axis=-1)
 
 
 def csae(resting: poses.RestingPoses) -> Array:

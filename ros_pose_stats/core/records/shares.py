@@ -106,7 +106,11 @@ def rank_poses(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose,
 
     Those equal but for rounding stay in the order of their index.
     """
-    columns = (column.tolist() for column in shares[:5])
+    pose_list = list(poses)
+    columns = [column.tolist() for column in shares[:5]]
+    group_sums: dict[int, float] = {}
+    for pose, probability in zip(pose_list, columns[0], strict=True):
+        group_sums[pose.group] = group_sums.get(pose.group, 0.0) + probability
     weighted_poses = [
         pose.with_values(
             probability=probability,
@@ -114,20 +118,15 @@ def rank_poses(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose,
             probability_high=high,
             standard_error=standard_error,
             count=count,
+            group_probability=group_sums[pose.group],
         )
         for pose, probability, low, high, standard_error, count in zip(
-            poses, *columns, strict=True
+            pose_list, *columns, strict=True
         )
     ]
-    group_sums: dict[int, float] = {}
-    for pose in weighted_poses:
-        group_sums[pose.group] = group_sums.get(pose.group, 0.0) + pose.probability
-    rank = rank_probabilities(pose.probability for pose in weighted_poses)
+    rank = rank_probabilities(columns[0])
     order = sorted(range(len(weighted_poses)), key=rank.__getitem__)
-    return tuple(
-        pose.with_values(group_probability=group_sums[pose.group])
-        for pose in (weighted_poses[k] for k in order)
-    )
+    return tuple(weighted_poses[k] for k in order)
 
 
 def rank_probabilities(probabilities: Iterable[float]) -> list[int]:

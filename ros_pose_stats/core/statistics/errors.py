@@ -10,11 +10,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import betaincinv, ndtr
 
 from ...base.errors import RequestError
-from ..records import Array, Index
+from ..records import Array, Index, Mask
 
 
 def standard_errors(counts: ArrayLike, settled_drops: int) -> Array:
@@ -119,30 +119,47 @@ def largest_error(
     the chances that each is within the bound are multiplied, but for the largest: exact
     for two units, and for many.
     """
-    share = 1.0 / np.asarray(size, dtype=np.float64)
-    spread = np.minimum(np.atleast_2d(deviation), WIDEST_DEVIATION) * share
-    center = np.broadcast_to(np.asarray(offset, dtype=np.float64) * share, spread.shape)
-    if np.isnan(spread).any():
-        return float(np.nan)
-    is_uncertain = (spread > 0.0).any(axis=0) | (center != 0.0).any(axis=0)
-    spread = spread[:, is_uncertain]
-    center = np.abs(center[:, is_uncertain])
-    units = spread.shape[1]
-    if not units:
-        return 0.0
-    scale = np.maximum(spread, np.finfo(float).tiny)
-    bounds = BOUND_NODES * float((center + spread).max())
+    deviations = np.atleast_2d(deviation)[None]
+    return largest_errors(deviations, level, weight=weight, offset=offset, size=size)[0]
 
-    def probability_within(limits: NDArray[np.floating]) -> Array:
-        """Chance that all errors are within each of some bounds."""
-        edges = limits[:, None, None]
-        probability = ndtr((edges - center) / scale) - ndtr((-edges - center) / scale)
-        joint_probability = np.sort(probability)[..., : max(units - 1, 1)].prod(axis=2)
+
+def largest_errors(
+    deviation: Array,
+    level: float,
+    *,
+    weight: ArrayLike = (1.0,),
+    offset: ArrayLike = 0.0,
+    size: ArrayLike = 1,
+) -> list[float]:
+    """The same of several estimates, from their deviations (N, M, G)."""
+    share = 1.0 / np.asarray(size, dtype=np.float64)
+    spread = np.minimum(deviation, WIDEST_DEVIATION) * share
+    center = np.broadcast_to(np.abs(np.asarray(offset) * share), spread.shape)
+    is_certain = np.asarray(np.all((spread <= 0.0) & (center <= 0.0), axis=1))[:, None]
+    scale = np.where(is_certain, 1.0, np.maximum(spread, np.finfo(float).tiny))
+    units = (~is_certain).sum(axis=2)
+    is_counted: Mask = np.arange(spread.shape[2]) < np.maximum(units - 1, 1)
+    bounds = BOUND_NODES * (center + spread).max(axis=(1, 2), initial=0.0)[:, None]
+
+    def probability_within(limits: Array) -> Array:
+        """Chance (N, L) that all errors are within each of some bounds (N, L)."""
+        edges = limits[:, :, None, None]
+        low = ndtr((-edges - center[:, None]) / scale[:, None])
+        high = ndtr((edges - center[:, None]) / scale[:, None])
+        probability = np.where(is_certain[:, None], 1.0, high - low)
+        probability.sort()
+        joint_probability = np.where(is_counted[:, None, None], probability, 1.0).prod(
+            axis=3
+        )
         return np.asarray(joint_probability @ np.asarray(weight, dtype=np.float64))
 
-    strides = int(np.searchsorted(probability_within(bounds[::STRIDE]), level, "right"))
-    limits = bounds[STRIDE * max(strides - 1, 0) :][: STRIDE + 1]
-    return min(float(np.interp(level, probability_within(limits), limits)), 1.0)
+    strides = (probability_within(bounds[:, ::STRIDE]) <= level).sum(axis=1)
+    first = STRIDE * np.clip(strides - 1, 0, (len(BOUND_NODES) - 1) // STRIDE - 1)
+    limits = np.take_along_axis(bounds, first[:, None] + np.arange(STRIDE + 1), axis=1)
+    return [
+        min(float(np.interp(level, *columns)), 1.0)
+        for columns in zip(probability_within(limits), limits, strict=True)
+    ]
 
 
 CHECKPOINT_LEVEL = 0.92  # confidence asked for at each look, so that 90 % are left

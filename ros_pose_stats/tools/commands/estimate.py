@@ -72,13 +72,13 @@ def run(options: argparse.Namespace) -> int:
     refuse_drop_options(options)
     with running.announce_slow_start():
         from ...core.estimators import ESTIMATORS
-        from ...core.estimators.estimate import estimate_in
+        from ...core.estimators.estimate import estimates_in
         from ...core.resting.silhouettes import find_lookalikes
 
         part = running.load_named_part(options)
         scene = arguments.drop_scene(options)
         methods = ESTIMATORS if options.method == ALL else [options.method]
-        estimates = [estimate_in(part, scene, method) for method in methods]
+        estimates = estimates_in(part, scene, methods)
         if options.method != ALL:
             estimates = [find_lookalikes(estimates[0], part, options.pixel)]
     print_estimates(estimates, part, options)
