@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .core.planning.feeder_cell import FeederCell
     from .core.planning.feeding_plan import FeedingPlan, plan_feeding
     from .core.planning.hybrid import hybrid
+    from .core.planning.upright import upright
     from .core.records.drops import DropEvent, DropProgress, FlipStatistics, Trajectory
     from .core.records.part import Part
     from .core.records.poses import StablePose
@@ -56,6 +57,7 @@ _HOMES = {
         ("core.planning.feeder_cell", "FeederCell"),
         ("core.planning.feeding_plan", "FeedingPlan plan_feeding"),
         ("core.planning.hybrid", "hybrid"),
+        ("core.planning.upright", "upright"),
         ("tools.bags.comparisons", "analyse_bags"),
         (
             "core.records",
@@ -109,6 +111,7 @@ __all__ = [
     "simulate_flips",
     "splitting_graph",
     "suggest",
+    "upright",
 ]
 
 

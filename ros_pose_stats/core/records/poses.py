@@ -136,6 +136,23 @@ class StablePose:
         """Silhouette (k, 2) of the hull, plate frame, metres, counter-clockwise."""
         return self.shape.outline
 
+    @property
+    def transform(self) -> Array:
+        """Matrix (4, 4) that takes points of the part frame to the plate frame, metres.
+
+        The same as `orientation` and `position`.
+        """
+        vector = self.orientation[:3]
+        scalar = self.orientation[3]
+        matrix = np.eye(4)
+        matrix[:3, :3] = (
+            (scalar * scalar - vector @ vector) * np.eye(3)
+            + 2.0 * np.outer(vector, vector)
+            + 2.0 * scalar * np.cross(np.eye(3), vector)
+        )
+        matrix[:3, 3] = self.position
+        return matrix
+
     def with_values(self, **values: Any) -> "StablePose":
         """The same pose with other probabilities, or with its lookalikes."""
         pose = object.__new__(StablePose)

@@ -184,6 +184,31 @@ class PoseStatistics:
         """
         return np.array([getattr(pose, name) for pose in self.by_index.values()])
 
+    def transforms(self) -> tuple[Array, Array]:
+        """The poses as `trimesh.poses.compute_stable_poses` returns them.
+
+        Returns
+        -------
+        transforms : (n, 4, 4) array
+            What takes points of the part frame to the plate frame, metres: the part
+            rests on z = 0, its centre of mass above the origin. Most probable first.
+        probabilities : (n,) array
+        """
+        matrices = [pose.transform for pose in self.poses]
+        return (
+            np.array(matrices).reshape(-1, 4, 4),
+            np.array([pose.probability for pose in self.poses]),
+        )
+
+    def require_part(self, part: Part) -> None:
+        """Refuse a part that the statistics are not of."""
+        if not isinstance(part, Part) or part.digest != self.part_digest:
+            raise errors.RequestError(
+                "statistics of the part",
+                f"those of {self.part_id}",
+                "estimate the part that is given",
+            )
+
     def to_frame(self) -> Any:
         """The poses as a pandas DataFrame with the keys of JSON as columns, by `index`.
 

@@ -88,12 +88,7 @@ def find_lookalikes(
     MeshError
         If the part's surface is not closed, as that of every Part from a mesh is.
     """
-    if part.digest != statistics.part_digest:
-        raise errors.RequestError(
-            "statistics of the part",
-            f"those of {statistics.part_id}",
-            "estimate the part that is given",
-        )
+    statistics.require_part(part)
     pixel_size = None if pixel is None else arrays.number_or_nan(pixel)
     if pixel_size is not None and not 0.0 < pixel_size < math.inf:
         raise errors.RequestError(

@@ -3,11 +3,13 @@
 import argparse
 import math
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...base.errors import RequestError
+from ...base.files import write_file
 from ...base.methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS
-from ...base.text import Column, listed, percent
+from ...base.text import Column, listed, percent, printable
 from ...core.records.scene import DEFAULT_DROPS
 from .terminal import arguments, running
 
@@ -43,6 +45,7 @@ def register(commands: arguments.Commands) -> None:
             "--drops 500",
             "ros_pose_stats estimate demo/clamp.stl --unit mm --pixel 0.1mm",
             "ros_pose_stats estimate demo/hex_bolt.stl --unit mm --method all --each",
+            "ros_pose_stats estimate demo/bracket.stl --unit mm --upright lying.stl",
         ),
         run=run,
     )
@@ -57,6 +60,12 @@ def register(commands: arguments.Commands) -> None:
     )
     arguments.add_options(command, *arguments.SCENE_OPTIONS, "--pixel", "--each")
     arguments.add_drop_options(command, None)
+    command.add_argument(
+        "--upright",
+        metavar="FILE",
+        help="write the mesh as the part most probably lies, resting on z = 0 with its "
+        "centre of mass above the origin, as FILE.stl, in millimetres",
+    )
     arguments.add_options(
         command,
         "--json",
@@ -66,10 +75,22 @@ def register(commands: arguments.Commands) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Estimate and print."""
+    """Estimate and print, and write the part as it lies where that is asked for."""
+    file = None
+    if options.upright is not None:
+        file = running.output_file(options.upright, (".stl",))
     if options.method in BESIDE_DROPS:
-        return estimate_with_drops(options)
-    refuse_drop_options(options)
+        status = estimate_with_drops(options, file)
+    else:
+        status = estimate_at_once(options, file)
+    if file is not None and not options.json:
+        print(f"wrote {printable(str(file))}")
+    return status
+
+
+def estimate_at_once(options: argparse.Namespace, file: Path | None) -> int:
+    """Estimate by methods without drops, and print; the exit status."""
+    refuse_other_options(options)
     with running.announce_slow_start():
         from ...core.estimators import ESTIMATORS
         from ...core.estimators.estimate import estimates_in
@@ -81,11 +102,13 @@ def run(options: argparse.Namespace) -> int:
         estimates = estimates_in(part, scene, methods)
         if options.method != ALL:
             estimates = [find_lookalikes(estimates[0], part, options.pixel)]
+        if file is not None:
+            write_upright(file, part, estimates[0])
     print_estimates(estimates, part, options)
     return 0
 
 
-def estimate_with_drops(options: argparse.Namespace) -> int:
+def estimate_with_drops(options: argparse.Namespace, file: Path | None) -> int:
     """Estimate by a method that drops the part, too, and print; the exit status."""
     part = running.load_part_and_kernels(options)
     from ...core.planning import auto, hybrid
@@ -100,17 +123,32 @@ def estimate_with_drops(options: argparse.Namespace) -> int:
         bound = options.drops
 
     def drop_and_look(part: "Part", **keywords: Any) -> "PoseStatistics":
-        return find_lookalikes(method(part, **keywords), part, options.pixel)
+        statistics = find_lookalikes(method(part, **keywords), part, options.pixel)
+        if file is not None:
+            write_upright(file, part, statistics)
+        return statistics
 
     return running.run_and_report(part, drop_and_look, bound, options)
 
 
-def refuse_drop_options(options: argparse.Namespace) -> None:
+def write_upright(file: Path, part: "Part", statistics: "PoseStatistics") -> None:
+    """Write the mesh as the part most probably lies, in millimetres."""
+    from ...core.mesh.files import stl_bytes
+    from ...core.mesh.vectors import turn_vectors
+    from ...core.planning.upright import upright
+
+    motion = upright(part, statistics)
+    vertices = turn_vectors(part.vertices, motion[:3, :3].T) + motion[:3, 3]
+    write_file(file, stl_bytes(1e3 * vertices, part.triangles))
+
+
+def refuse_other_options(options: argparse.Namespace) -> None:
     """Refuse options that only other methods take."""
-    if options.pixel is not None and options.method == ALL:
-        raise RequestError(
-            "--pixel with one method", "all methods", "leave --method out"
-        )
+    for name in ("pixel", "upright"):
+        if getattr(options, name) is not None and options.method == ALL:
+            raise RequestError(
+                f"--{name} with one method", "all methods", "leave --method out"
+            )
     for name in ("drops", "target_error", "seed", "workers"):
         if getattr(options, name) is not None:
             raise RequestError(
