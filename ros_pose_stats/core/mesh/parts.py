@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from ...base import errors, text
 from ..records import Corners, Index, Mask, Part
 from ..records.part import digest_name
-from . import arrays, files, mass_properties, units, winding
+from . import arrays, cad_shapes, files, mass_properties, units, winding
 from .bodies import separation
 from .hull import hull_of_part, keep_hull
 from .surface import surface_of
@@ -97,18 +97,20 @@ def part_from_mesh(
     *,
     density: float | None = None,
     part_id: str = "",
-    unit: str | float = 1.0,
+    unit: str | float | None = None,
     body: separation.Choice = None,
+    accept_open: bool = False,
 ) -> Part:
-    """Make a part from a triangle mesh.
+    """Make a part from a triangle mesh, or from the shape of a CAD system.
 
     Parameters
     ----------
-    vertices : (V, 3) array or trimesh.Trimesh
-        In `unit`, part frame.
+    vertices : (V, 3) array, trimesh.Trimesh or shape
+        In `unit`, part frame. A shape is what has `tessellate(tolerance)`, as those of
+        FreeCAD, CadQuery and build123d; it is taken for a solid, like a STEP file.
     triangles : (T, 3) array of int
         Vertex numbers; either winding, repaired where it is inconsistent. None beside a
-        Trimesh.
+        Trimesh or a shape.
     center_of_mass : (3,) array, optional
         Metres, part frame, strictly inside the convex hull; default: uniform density.
         Given alone, the uniform body's inertia about its own centroid is kept.
@@ -121,13 +123,17 @@ def part_from_mesh(
         kg/m³, in place of `mass`: the mass is that of the enclosed volume.
     part_id : str
         Default: `mesh_` and twelve digits of the digest.
-    unit : str or float
-        `m`, `mm`, `cm`, `inch` or metres a mesh unit.
+    unit : str or float, optional
+        `m`, `mm`, `cm`, `inch` or metres a mesh unit. Default: millimetres of a shape,
+        as CAD systems have them, and metres of all else.
     body : int or str, optional
         Which body of the mesh is the part, by falling volume of the hull from 0 on, or
         `all` for all as one rigid part. Bodies whose hulls come within 2 % of the
         radius of the whole count as one. Default: the mesh, if nothing in it stands
         apart; the first of equal ones.
+    accept_open : bool
+        Whether to take the convex hull of a shape whose surface comes out with holes;
+        see `load_part`. Else it is refused. Of other meshes the hull is always taken.
 
     Returns
     -------
@@ -139,8 +145,8 @@ def part_from_mesh(
     Raises
     ------
     MeshError
-        If the arrays are no triangle mesh or span no volume, or if bodies stand apart
-        that differ, and `body` names none.
+        If the arrays are no triangle mesh or span no volume, if a shape comes out open,
+        or if bodies stand apart that differ, and `body` names none.
     MassPropertiesError
         If no rigid part of this shape can have the given mass properties, or if a
         density is given and the mesh encloses no volume that is known.
@@ -151,25 +157,38 @@ def part_from_mesh(
         raise errors.RequestError(
             "text for part_id", f"{part_id!r}", "leave it out for a name by digest"
         )
-    if triangles is None:
-        mesh: Any = vertices
-        if not hasattr(mesh, "faces"):
-            raise errors.MeshError(
-                "vertices and triangles, or a trimesh.Trimesh",
-                f"{type(mesh).__name__} alone",
-                "give the triangles too",
-            )
-        vertices = mesh.vertices
-        triangles = mesh.faces
     properties = mass_properties.check_properties(
         center_of_mass, mass, inertia, density
     )
+    mesh = _mesh_of(vertices, triangles)
+    if unit is not None:
+        mesh = mesh._replace(unit=units.metres_per_unit(unit))
     return part_of_file(
-        files.FileMesh(vertices, triangles, units.metres_per_unit(unit)),
+        mesh,
         properties,
         part_id,
         separation.check_choice(body),
+        accept_open=accept_open,
     )
+
+
+def _mesh_of(mesh: Any, triangles: ArrayLike | None) -> files.FileMesh:
+    """Arrays, a Trimesh or a shape of CAD, in the unit that is usual for it."""
+    if triangles is not None:
+        return files.FileMesh(mesh, triangles, 1.0)
+    # First, since shapes of CAD have methods that are called `faces` and `vertices`.
+    if hasattr(mesh, "tessellate"):
+        points, corners = cad_shapes.tessellate(mesh)
+        return files.FileMesh(points, corners, cad_shapes.MILLIMETRE, of_solids=True)
+    faces = getattr(mesh, "faces", None)
+    if faces is None or callable(faces):
+        raise errors.MeshError(
+            "vertices and triangles, a trimesh.Trimesh, or a shape with tessellate",
+            f"{type(mesh).__name__} alone",
+            "give the triangles too; of a workplane of CadQuery give .val(), of a "
+            "builder of build123d .part, of an object of FreeCAD .Shape",
+        )
+    return files.FileMesh(mesh.vertices, faces, 1.0)
 
 
 def part_of_file(
@@ -235,7 +254,7 @@ def _open_solid(triangles: Index, problem: str) -> errors.MeshError:
     """Refusal of a STEP file of whose solid some surface is lost."""
     open_edges = int((winding.group_edges(triangles).uses % 2).sum())
     return errors.MeshError(
-        "a STEP file of a solid that is closed",
+        "a STEP file or a shape of a solid that is closed",
         f"one with {text.several(open_edges, 'open edge')}: its mesh {problem}",
         "export it again or heal it in CAD, or take its hull without an error, with "
         "--accept-open of estimate, simulate, report and animate (`accept_open` in the "
