@@ -125,10 +125,11 @@ def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, 
     not a turn.
     """
     directions = random_starts(1, 0, DIRECTIONS)
+    first_heights = first.body.R(directions)
 
     def surface_distance(turn: Array) -> Array:
         """Distance between the surfaces once the first is turned, in radii."""
-        return first.body.R(directions) - second.body.R(directions @ turn.T) * (
+        return first_heights - second.body.R(directions @ turn.T) * (
             second.body.radius / first.body.radius
         )
 
@@ -137,15 +138,24 @@ def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, 
     if np.abs(distance - shifted).max() <= SURFACE_TOLERANCE:
         return None, False
     footprint = _size_ratios(first, second, FOOTPRINT) <= SIZE_TOLERANCE
-    candidates = []
-    for turn in (np.eye(3), *_candidate_turns(first, second)):
-        is_near = (first.downs @ turn.T) @ second.downs.T >= NEAR_COSINE
-        matching_poses = (is_near & footprint).any(axis=1).sum()
-        misfit = np.abs(surface_distance(turn)).max()
-        candidates.append((matching_poses, misfit, turn))
-    matching_poses, misfit, turn = max(
-        candidates, key=lambda candidate: (candidate[0], -candidate[1])
-    )
+
+    def count_alike(turn: Array) -> int:
+        """Poses of the first that the second has likewise, once the first is turned."""
+        cosine = first.downs @ turn.T @ second.downs.T
+        return int((footprint & (cosine >= NEAR_COSINE)).any(axis=1).sum())
+
+    turns = [np.eye(3), *_candidate_turns(first, second)]
+    alike_poses = [count_alike(turn) for turn in turns]
+    most_alike = max(alike_poses)
+    # Surfaces take longer to compare, so only those of the best turns are.
+    best_turns = [
+        turn
+        for turn, alike in zip(turns, alike_poses, strict=True)
+        if alike == most_alike
+    ]
+    misfits = [float(np.abs(surface_distance(turn)).max()) for turn in best_turns]
+    misfit = min(misfits)
+    turn = best_turns[misfits.index(misfit)]
     first_inertia = first.body.radius**2 * (turn @ first.inertia @ turn.T)
     second_inertia = second.body.radius**2 * second.inertia
     same_body = misfit <= SURFACE_TOLERANCE and (
@@ -155,9 +165,9 @@ def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, 
     needed_poses = max(
         FEWEST_ALIKE,
         ALIKE_SHARE * min(len(first.poses), len(second.poses)),
-        2 * candidates[0][0],
+        2 * alike_poses[0],
     )
-    if same_body or matching_poses >= needed_poses:
+    if same_body or most_alike >= needed_poses:
         return turn, bool(same_body)
     return None, False
 

@@ -120,9 +120,10 @@ class History:
         A pose that was lost for a while is known again from the first version.
         """
         keys = [-1] * len(resting.poses)
-        for version in (self.current, self.start):
-            if version is None:
-                continue
+        versions = [] if self.current is None else [self.current]
+        if self.start is not None and set(self.start.keys) - set(versions[0].keys):
+            versions.append(self.start)
+        for version in versions:
             partners = find_correspondence(version.resting, resting).partner.tolist()
             for key, pose in zip(version.keys, partners, strict=True):
                 if pose >= 0 and keys[pose] < 0 and key not in keys:
