@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from ...core.planning.feeder_cell import FeederCell
     from ...core.records import PoseStatistics
 
+CAD_SYSTEMS = ("freecad", "cadquery", "build123d")
+
 
 def register(commands: arguments.Commands) -> None:
     """Add the command."""
@@ -33,6 +35,7 @@ def register(commands: arguments.Commands) -> None:
             "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0 --changes "
             "-o clamp.html",
             "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0 --watch",
+            "ros_pose_stats report bracket.stl --unit mm --watch --cad freecad",
         ),
         run=run,
     )
@@ -57,6 +60,13 @@ def register(commands: arguments.Commands) -> None:
         "--no-browser",
         action="store_true",
         help="with --watch: open no browser; the address is printed",
+    )
+    command.add_argument(
+        "--cad",
+        choices=CAD_SYSTEMS,
+        metavar="SYSTEM",
+        help="with --watch: print lines of Python that have a CAD system write its part "
+        f"over the file whenever it computes it; one of {', '.join(CAD_SYSTEMS)}",
     )
     arguments.add_options(
         command,
@@ -157,9 +167,11 @@ def check_watch(options: argparse.Namespace) -> None:
                 words[0],
                 "write a page with it: -o FILE.html",
             )
-    elif options.port is not None or options.no_browser:
+    elif options.cad or options.port is not None or options.no_browser:
         raise RequestError(
-            "--port and --no-browser with --watch", "-o", "add --watch in its place"
+            "--port, --no-browser and --cad with --watch",
+            "-o",
+            "add --watch in its place",
         )
 
 
@@ -168,6 +180,7 @@ def watch(options: argparse.Namespace) -> int:
     extras.require_modules("jinja2", "matplotlib", "PIL")
     with running.preparing_kernels():
         from ..watching import page
+        from ..watching.cad_lines import cad_lines
         from ..watching.followed_file import FollowedFile
         from ..watching.news import NewsBoard
         from ..watching.server import PageServer
@@ -177,6 +190,8 @@ def watch(options: argparse.Namespace) -> int:
 
     path = Path(options.part)
     name = text.printable(path.name)
+    if options.cad is not None:
+        print(cad_lines(options.cad, path))
     board = NewsBoard()
     session = Session(
         FollowedFile(path),

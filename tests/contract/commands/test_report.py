@@ -79,7 +79,10 @@ def test_the_same_request_gives_the_same_page(box, written):
         ),
         (("-o", "page.html", "--png", "page.svg"), "ends in .png"),
         (("-o", "page.html", "--drops", "0"), "1 to 1000000000 drops"),
-        (("-o", "page.html", "--port", "8000"), "--port and --no-browser with --watch"),
+        (
+            ("-o", "page.html", "--port", "8000"),
+            "--port, --no-browser and --cad with --watch",
+        ),
         (("-o", "page.html", "--watch"), "not allowed with argument"),
         (("--watch", "--drops", "100"), "--watch with the part, the scene"),
         (("--watch", "--png", "page.png"), "--watch with the part, the scene"),

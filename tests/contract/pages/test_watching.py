@@ -29,7 +29,7 @@ def file(tmp_path_factory):
 @pytest.fixture(scope="module")
 def watching(file):
     """A command that follows a file, which it had to wait for."""
-    command = WatchingCommand(file, "--wanted", "4,5")
+    command = WatchingCommand(file, "--wanted", "4,5", "--cad", "freecad")
     assert "There is no file" in command.news()["html"]
     save(file, *BOX)
     assert "version 1: 6 poses, accepted " in command.line()
@@ -162,6 +162,19 @@ def test_poses_that_come_and_go_are_said(watching, file):
     news = watching.news_with("8 stable poses")
     assert " are new, " in news["html"] and " gone" in news["html"]
     assert "2 wanted poses of the first version are gone" in news["html"]
+
+
+def test_lines_for_a_cad_system_are_printed_first(watching, file):
+    *program, waiting = watching.first_lines
+    lines = "\n".join(program)
+    compile(lines, "lines", "exec")
+    assert "slotRecomputedDocument" in lines and repr(str(file)) in lines
+    assert waiting.startswith("There is no file")
+
+
+def test_lines_for_a_cad_system_are_of_a_file_that_it_writes(tmp_path):
+    words = "--watch", "--cad", "cadquery"
+    assert ".stl, .step or .stp" in refusal("report", tmp_path / "part.obj", *words)
 
 
 def test_a_file_that_is_no_part_at_the_start_is_refused(tmp_path):

@@ -30,6 +30,8 @@ class WatchingCommand:
     port : int
     path : str
         Of the page; the token is in it.
+    first_lines : list of str
+        What it prints before the address.
     """
 
     def __init__(self, file, *options):
@@ -43,8 +45,10 @@ class WatchingCommand:
             text=True,
             cwd=ROOT,
         )
+        self.first_lines = []
         line = self.line()
         while "http://" not in line:
+            self.first_lines.append(line)
             line = self.line()
         self.address = re.search(r"http://\S+/", line)[0]
         parts = urlsplit(self.address)
@@ -56,7 +60,7 @@ class WatchingCommand:
         line = self.process.stdout.readline()
         if not line:
             raise AssertionError(f"it has ended: {self.process.stderr.read()}")
-        return line.strip()
+        return line.rstrip()
 
     def ask(self, name="", method="GET", path=None, **headers):
         """Ask for a file of the page, or for another path."""
