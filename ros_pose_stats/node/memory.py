@@ -3,9 +3,7 @@
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
-from typing import Any, Generic, TypeVar
-
-from ..core.records import Part
+from typing import Generic, TypeVar
 
 K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
@@ -21,6 +19,7 @@ class Memory(Generic[K, V]):
         self._weight = weight
         self._sum = 0
         self._values: OrderedDict[K, V] = OrderedDict()
+        self._weights: dict[K, int] = {}  # a value may weigh more by now
         self._lock = threading.Lock()
 
     def get(self, key: K) -> V | None:
@@ -30,22 +29,45 @@ class Memory(Generic[K, V]):
                 self._values.move_to_end(key)
             return self._values.get(key)
 
+    def peek(self, key: K) -> V | None:
+        """A value, which does not count as used; None where there is none."""
+        return self._values.get(key)
+
+    @property
+    def room(self) -> int:
+        """By how much more the values may weigh."""
+        return self._bound - self._sum
+
     def put(self, key: K, value: V) -> None:
         """Keep a value in place of the one before."""
+        weight = self._weight(value)
         with self._lock:
-            if key in self._values:
-                self._sum -= self._weight(self._values.pop(key))
             self._values[key] = value
-            self._sum += self._weight(value)
-            while self._sum > self._bound and len(self._values) > 1:
-                self._sum -= self._weight(self._values.popitem(last=False)[1])
+            self._values.move_to_end(key)
+            self._note_weight(key, weight)
+            self._shrink()
 
+    def weigh(self, turn: int, turns: int) -> None:
+        """Weigh one of so many values again, which may have grown; others in turn."""
+        with self._lock:
+            values = list(self._values.items())[turn % turns :: turns]
+        weights = {key: self._weight(value) for key, value in values}
+        with self._lock:
+            for key in weights.keys() & self._values.keys():
+                self._note_weight(key, weights[key])
+            self._shrink()
 
-BUILT_BYTES = 64 * 2**20  # of parts that are kept because they may come again
+    def set_bound(self, bound: int) -> None:
+        """Keep what weighs as much together from now on."""
+        with self._lock:
+            self._bound = bound
+            self._shrink()
 
+    def _note_weight(self, key: K, weight: int) -> None:
+        self._sum += weight - self._weights.get(key, 0)
+        self._weights[key] = weight
 
-def memory_of_parts() -> Memory[Any, Part]:
-    """The latest parts by any key; what is prepared of one is as large as its mesh."""
-    return Memory(
-        BUILT_BYTES, lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes
-    )
+    def _shrink(self) -> None:
+        while self._sum > self._bound and len(self._values) > 1:
+            key, _ = self._values.popitem(last=False)
+            self._sum -= self._weights.pop(key)

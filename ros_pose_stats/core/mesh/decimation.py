@@ -32,6 +32,13 @@ def visible_triangles(part: Part, limit: int = FINEST) -> Array:
     )
 
 
+def thin_out(corners: Array, limit: int) -> Array:
+    """At most `limit` triangles in place of those (t, 3, 3) that a part is drawn by."""
+    points, point = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    vertices, triangles = decimate(points, point.reshape(-1, 3), limit)
+    return np.asarray(vertices[triangles])
+
+
 def _surface_to_draw(part: Part) -> tuple[Array, Corners]:
     if not part.is_open:
         return part.surface_vertices, part.surface_triangles

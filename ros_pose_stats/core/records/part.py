@@ -1,6 +1,7 @@
 """A rigid part: the mesh as received, the repaired surface and the mass properties."""
 
 import hashlib
+import sys
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -17,6 +18,8 @@ Mask = NDArray[np.bool_]
 Corners = NDArray[np.integer]  # of triangles: numbers of vertices
 
 Prepared = TypeVar("Prepared")
+
+OWNER_BYTES = 160  # of what has the memory of an array that has not its own
 
 
 def part_digest(
@@ -44,9 +47,9 @@ def digest_name(digest: str) -> str:
     return f"mesh_{digest[:12]}"
 
 
-def array_bytes(*values: object) -> int:
-    """Bytes of all arrays in values, in their fields and items, each counted once."""
-    stack = list(values)
+def memory_bytes(value: object) -> int:
+    """Bytes of memory that a value takes with its fields and items, each once."""
+    stack = [value]
     counted_ids = set()
     total = 0
     while stack:
@@ -54,11 +57,13 @@ def array_bytes(*values: object) -> int:
         if id(value) in counted_ids:
             continue
         counted_ids.add(id(value))
+        total += sys.getsizeof(value)
         if isinstance(value, np.ndarray):
-            if isinstance(value.base, np.ndarray):
-                stack.append(value.base)
-            else:
-                total += value.nbytes
+            owner: object = value.base
+            if isinstance(owner, np.ndarray):
+                stack.append(owner)
+            elif owner is not None:  # a kernel's, or out of another process
+                total += value.nbytes + OWNER_BYTES
         elif isinstance(value, (tuple, list)):
             stack += value
         elif isinstance(value, dict):

@@ -24,7 +24,7 @@ from .mesh_resources import read_resource
 from .registry import PartRegistry
 
 DEPTH = 100  # messages that wait in the middleware
-LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES  # of a part that is not built yet
+LARGE_BYTES = 24 * part_builder.LARGE_TRIANGLES  # of a mesh that is not built yet
 
 
 class Intake:
@@ -132,6 +132,8 @@ class Intake:
 
     def _build_again(self, part: KnownPart, is_latched: bool) -> None:
         """Build a part of an earlier run; one that is refused now goes."""
+        if is_latched and not self._parts.has_room(part):
+            return  # it is built on demand
         name = part_requests.name_suffix(part.part_id)
         try:
             part.source.get()

@@ -14,6 +14,7 @@ from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 
 from ...base import methods, text
 from ...core.estimators.estimate import estimate_in
+from ...core.mesh import decimation
 from ...core.planning import auto
 from ...core.records import Array, DropScene, Index, Part
 from ...core.records.notes import notes_of
@@ -39,23 +40,45 @@ SECONDS_BETWEEN = 1.0  # a part that is being refined is published at most this 
 INTRODUCED = 4096  # meshes that are known to be in the bag
 
 
+PartKey = tuple[str, bytes]
+"""The name of a part, and the digest of what makes it."""
+
+
 class PartSource:
-    """Gives a part: the one at hand, or one that is built when somebody asks for it."""
+    """Gives a part: the one in memory, or one that is built when somebody asks."""
 
     def __init__(
-        self, part: Part | None, build: Callable[[], Part] | None = None
+        self,
+        built_parts: Memory[PartKey, Part],
+        key: PartKey,
+        build: Callable[[], Part],
     ) -> None:
+        self._built_parts = built_parts
+        self._key = key
         self._build = build
         self._lock = threading.Lock()
-        self.part = part  # once it is at hand
+        # a part that stays in memory, since the state has not its mesh, or has no more
+        self.unstored: Part | None = None
+
+    @property
+    def part(self) -> Part | None:
+        """The part, where it is in memory."""
+        return self.unstored or self._built_parts.peek(self._key)
 
     def get(self) -> Part:
         """The part, once it is built."""
         with self._lock:
-            if self.part is None:
-                assert self._build is not None
-                self.part = self._build()
-            return self.part
+            part = self.unstored or self._built_parts.get(self._key)
+            if part is None:
+                part = self._build()
+                self._built_parts.put(self._key, part)
+            return part
+
+    def release(self) -> None:
+        """Let memory decide from now on how long it has the part, weighed as it is."""
+        if self.unstored is not None:
+            self._built_parts.put(self._key, self.unstored)
+            self.unstored = None
 
 
 @dataclass(eq=False)
@@ -97,7 +120,7 @@ class KnownPart:
     scene_override: tuple[float, float]
     source: PartSource
     latched: LatchedResult | None = None
-    size: int = 0  # bytes of the mesh as it is kept, and of the part as it came
+    size: int = 0  # bytes of the mesh as it is stored
     change: int = 0  # number of the change of the state that has it
     # whether the node knows it by its name, which another mesh may have taken
     is_current: bool = False
@@ -116,6 +139,8 @@ class KnownPart:
             self.part_id,
             self.digest,
         )
+        # as it was drawn last: the part itself may have left memory
+        self._drawn: Array | None = None
 
     @property
     def geometry(self) -> Part:
@@ -124,18 +149,37 @@ class KnownPart:
 
     @property
     def is_built(self) -> bool:
-        """Whether the part itself is at hand."""
+        """Whether the part itself is in memory."""
         return self.source.part is not None
 
-    def with_geometry(self, part: Part) -> "KnownPart":
+    def with_geometry(self, source: PartSource) -> "KnownPart":
         """The same with another body, of which the node latches nothing."""
         return replace(
             self,
-            digest=part.digest,
-            source=PartSource(part),
+            digest=source.get().digest,
+            source=source,
             latched=None,
             is_current=False,
         )
+
+    def retire(self) -> None:
+        """Be no more what the name stands for; jobs may still be at work on it."""
+        self.is_current = False
+        self.source.unstored = self.source.part
+
+    @property
+    def can_be_drawn(self) -> bool:
+        """Whether it is or was in memory in this run."""
+        return self._drawn is not None or self.is_built
+
+    def draw(self, limit: int) -> Array | None:
+        """Triangles (t, 3, 3) to draw it by, at most so many."""
+        part = self.source.part
+        if part is not None:
+            self._drawn = decimation.visible_triangles(part, limit)
+        elif self._drawn is not None and len(self._drawn) > limit:
+            self._drawn = decimation.thin_out(self._drawn, limit)
+        return self._drawn
 
     def change_of_state(self, use: int) -> Change:
         """By which the state has what it is; `use`: number of its last use."""

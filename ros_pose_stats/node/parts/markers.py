@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 from ros_pose_stats_msgs.msg import PoseStatistics
 
-from ...core.mesh.decimation import visible_triangles
-from ...core.records import Array, Part
+from ...core.records import Array
 from ..recording.writer import cdr
+from .known_part import KnownPart
 
 MOST_POSES = 16  # poses drawn of a part, the most probable ones
 MOST_DRAWN = 400  # poses drawn in all; with many parts fewer of each
@@ -19,7 +19,7 @@ GAP = 0.6  # between the parts, in radii
 LETTER = 0.35  # height of the labels, in radii
 
 
-def markers_of(parts: Sequence[tuple[PoseStatistics, Part]]) -> bytes:
+def markers_of(parts: Sequence[tuple[PoseStatistics, KnownPart]]) -> bytes:
     """The serialised array of markers of parts with their results, a row each."""
     most_poses = max(1, min(MOST_POSES, MOST_DRAWN // max(len(parts), 1)))
     drawn = sum(min(len(result.poses), most_poses) for result, _ in parts)
@@ -33,7 +33,9 @@ def markers_of(parts: Sequence[tuple[PoseStatistics, Part]]) -> bytes:
         half_row = result.radius * (1.0 + 0.5 * GAP)
         if number:
             y -= half_row
-        markers += _row(result, visible_triangles(part, most_triangles), y, most_poses)
+        triangles = part.draw(most_triangles)
+        if triangles is not None:
+            markers += _row(result, triangles, y, most_poses)
         y -= half_row
     return cdr.marker_array_message(markers)
 

@@ -1,4 +1,7 @@
-"""The parts that the node knows; those that were used least recently are forgotten."""
+"""The parts that the node knows; those that were used least recently are forgotten.
+
+Built parts leave memory before that, and are built again out of the state on demand.
+"""
 
 import itertools
 import threading
@@ -11,17 +14,18 @@ from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 from visualization_msgs.msg import MarkerArray
 
 from ...base.errors import MeshError, PoseStatsError
-from ...core.records import Part
-from ...core.records.part import array_bytes, digest_name
+from ...core.mesh.parts import shift_center
+from ...core.records import Array, Part
+from ...core.records.part import digest_name, memory_bytes
 from ..equipment import Equipment
-from ..memory import Memory, memory_of_parts
+from ..memory import Memory
 from ..messages import part_messages, part_requests, times
 from ..messages.codes import NotDoneError, UnknownPartError
 from ..recorder import JOB_EVENTS
 from ..refusals import Health
 from ..state import OF_PARTS, Change
 from .channel import LATCHED, NO_EVENTS, Channel
-from .known_part import Commons, KnownPart, PartSource
+from .known_part import Commons, KnownPart, PartKey, PartSource
 from .markers import markers_of
 from .part_builder import PartBuilder
 from .part_list import PartListing
@@ -29,9 +33,8 @@ from .part_list import PartListing
 NUMBERED = 1024  # forgotten parts whose revisions go on where they come again
 REFUSED = 1024  # meshes whose refusals are remembered
 SECONDS_BETWEEN = 1.0  # markers
-
-Mesh = tuple[str, bytes]
-"""The name under which a mesh came, and the digest of its content."""
+WEIGHINGS = 30  # turns, one a second, in which all built parts are weighed again
+GROWTH = 8  # times the bytes of its mesh that a built part may well take
 
 
 class PartRegistry:
@@ -51,9 +54,12 @@ class PartRegistry:
         self._uses = itertools.count(1)
         self._lock = threading.Lock()
         # also after another mesh of the same name has come
-        self._built_parts: Memory[Mesh, Part] = memory_of_parts()
+        self._built_parts: Memory[PartKey, Part] = Memory(
+            self._settings().max_part_bytes, memory_bytes
+        )
+        self._weighings = itertools.count()
         self._refusals: Memory[
-            Mesh, tuple[type[PoseStatsError], tuple[str, str, str]]
+            PartKey, tuple[type[PoseStatsError], tuple[str, str, str]]
         ] = Memory(REFUSED)
         # One of a name, as long as anybody has it.
         self._channels: WeakValueDictionary[str, Channel[KnownPart]] = (
@@ -84,7 +90,7 @@ class PartRegistry:
                 digest,
                 content,
                 (restitution, drop_height),
-                PartSource(None, partial(self._rebuild, part_id, digest)),
+                self._source(part_id, digest, content),
             )
             part.size = size
             part.is_current = True
@@ -110,8 +116,26 @@ class PartRegistry:
             self._commons, channel, part_id, digest, content, scene_override, source
         )
 
+    def _source(self, part_id: str, digest: str, content: bytes) -> PartSource:
+        """Where a part comes from whose mesh the state has, or is to have."""
+        rebuild = partial(self._rebuild, part_id, digest)
+        return PartSource(self._built_parts, (part_id, content), rebuild)
+
+    def shift(self, part: KnownPart, offset: Array) -> KnownPart:
+        """A built part with its centre of mass shifted, (3,) metres."""
+        key = part.part_id, part.content + offset.tobytes()
+        return part.with_geometry(
+            PartSource(
+                self._built_parts, key, lambda: shift_center(part.geometry, offset)
+            )
+        )
+
+    def has_room(self, part: KnownPart) -> bool:
+        """Whether a part can be built with no other one that leaves memory."""
+        return self._built_parts.room >= GROWTH * part.size
+
     def _rebuild(self, part_id: str, digest: str) -> Part:
-        """Build a part of an earlier run; raises PoseStatsError."""
+        """Build a part out of the state; raises PoseStatsError."""
         name = part_requests.quote_text(part_id)
         message = self._state.mesh(part_id)
         if message is None:
@@ -136,6 +160,7 @@ class PartRegistry:
             origin = self._build(request)
         part_id = origin.part_id
         digest = origin.digest
+        content = request.content
         override = request.scene_override
         current = self.find(part_id)
         if current is not None and (current.digest, current.scene_override) == (
@@ -143,8 +168,12 @@ class PartRegistry:
             override,
         ):
             return current, False
-        source = origin.source if isinstance(origin, KnownPart) else PartSource(origin)
-        part = self._make_part(part_id, digest, request.content, override, source)
+        if isinstance(origin, KnownPart):
+            source = origin.source
+        else:
+            source = self._source(part_id, digest, content)
+            source.unstored = origin  # until the state has its mesh
+        part = self._make_part(part_id, digest, content, override, source)
         return part, True
 
     def _find_content(self, request: part_requests.PartRequest) -> KnownPart | None:
@@ -176,25 +205,24 @@ class PartRegistry:
             except PoseStatsError as error:
                 self._refusals.put(mesh, error.__reduce__())
                 raise
-            self._built_parts.put(mesh, part)
         return part
 
     def put(self, part: KnownPart, request: part_requests.PartRequest) -> None:
         """Know and store a part in place of its name's last; raises MeshError."""
-        part.size = array_bytes(part.geometry, request)
-        most_bytes = self._settings().max_part_bytes
-        if part.size > most_bytes:
-            raise MeshError(
-                f"a part that takes at most {most_bytes} bytes in memory (parameter "
-                f"max_part_bytes)",
-                f"{part.size} bytes, {len(part.geometry.triangles)} triangles",
-                "decimate the mesh, or raise the parameter",
-            )
         message = serialize_message(
             part_messages.part_message(
                 request, part.part_id, request.stamp or times.current_stamp()
             )
         )
+        part.size = len(message)
+        most_bytes = self._settings().max_part_bytes
+        if part.size > most_bytes:
+            raise MeshError(
+                f"a mesh that takes at most {most_bytes} bytes (parameter "
+                f"max_part_bytes)",
+                f"{part.size} bytes, {len(request.triangles)} triangles",
+                "decimate the mesh, or raise the parameter",
+            )
         with part.lock:
             changes = [part.change_of_state(next(self._uses))]
             previous = self.current(part.part_id)
@@ -205,8 +233,9 @@ class PartRegistry:
             part.change = self._state.put_mesh(part.part_id, message, *changes)
             part.introduce()
             if previous is not None:
-                previous.is_current = False
+                previous.retire()
             part.is_current = True
+            part.source.release()
             with self._lock:
                 self._parts.pop(part.part_id, None)
                 self._parts[part.part_id] = part
@@ -273,6 +302,7 @@ class PartRegistry:
 
     def shrink(self) -> None:
         """Forget the least recently used ones beyond the bounds; the last is kept."""
+        self._built_parts.set_bound(self._settings().max_part_bytes)
         while True:
             settings = self._settings()
             parts = self.all()
@@ -302,7 +332,7 @@ class PartRegistry:
             self._equipment.recorder.record(JOB_EVENTS, serialize_message(event))
             channel.latched_revision = channel.newest_revision
             self._forgotten_channels.put(part_id, channel)
-            part.is_current = False
+            part.retire()
             with self._lock:
                 self._parts.pop(part_id, None)
                 self._closing_channels.append(channel)
@@ -350,6 +380,7 @@ class PartRegistry:
     def _look_after_topics(self) -> None:
         """Let publishers go whose farewell has arrived, list and draw what is new."""
         self.listing.catch_up()
+        self._built_parts.weigh(next(self._weighings), WEIGHINGS)
         with self._lock:
             leaving = list(self._closing_channels)
         for channel in leaving:
@@ -358,8 +389,8 @@ class PartRegistry:
                     self._closing_channels.remove(channel)
         rows = {}
         for part in self._shown_parts():
-            if part.is_built and part.latched is not None:
-                rows[part.part_id] = part.latched.message, part.geometry
+            if part.can_be_drawn and part.latched is not None:
+                rows[part.part_id] = part.latched.message, part
         revisions = {
             part_id: message.revision for part_id, (message, _) in rows.items()
         }

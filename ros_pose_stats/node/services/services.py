@@ -8,8 +8,7 @@ from ros_pose_stats_msgs.msg import Code, JobEvent, PoseStatistics
 
 from ...base import errors, methods, text
 from ...core.mesh import mass_properties
-from ...core.mesh.parts import shift_center
-from ...core.records import Array, Part
+from ...core.records import Array
 from ...core.records.notes import note
 from ...core.resting.silhouettes import find_lookalikes
 from ...core.simulation.request import check_target
@@ -18,7 +17,6 @@ from ..equipment import Equipment
 from ..jobs import Job, JobRequest, Jobs, State, job_reports
 from ..jobs.refinement import Refinement
 from ..lanes import Rank, finished_future, result_or_refusal
-from ..memory import Memory, memory_of_parts
 from ..messages import part_messages, part_requests, statistics_messages
 from ..messages.codes import NotFoundError, refusal_at_end
 from ..parts import part_builder
@@ -58,7 +56,6 @@ class Services:
         self._outlines = outlines
         self._jobs = jobs
         self._reports = reports
-        self._shifted: Memory[Any, Part] = memory_of_parts()
         for kind, name, callback in (
             (srv.EstimatePoses, "estimate", self.estimate),
             (srv.StartDropSimulation, "start_drop_simulation", self.start_simulation),
@@ -125,7 +122,7 @@ class Services:
         )
         if offset.any():
             yield from result_of(self._intake.build_known(sent_part))
-            part = self._shift_part(sent_part, offset)
+            part = self._parts.shift(sent_part, offset)
         if request.target_error or not part.has_answer(request.method, scene):
             yield from result_of(self._intake.build_known(part, scene))
         is_auto = (request.method or self._settings().default_method) == methods.AUTO
@@ -156,13 +153,6 @@ class Services:
         if not statistics_messages.is_recorded(message):
             response.code = Code.NOT_RECORDED
         response.statistics = message
-
-    def _shift_part(self, part: KnownPart, offset: Array) -> KnownPart:
-        """A part that is built, with its centre of mass shifted, (3,) metres."""
-        key = part.part_id, part.digest, offset.tobytes()
-        shifted = self._shifted.get(key) or shift_center(part.geometry, offset)
-        self._shifted.put(key, shifted)
-        return part.with_geometry(shifted)
 
     def start_simulation(self, request: Any, response: Any) -> None:
         """Queue a drop simulation."""

@@ -135,8 +135,9 @@ class Settings:
     )
     max_part_bytes: int = _parameter(
         2**30,
-        "Most bytes that known parts take, all together; the least recently used is "
-        "forgotten.",
+        "Most bytes of all meshes that the node keeps, of which the least recently "
+        "used is forgotten, and of what is built of them in memory, of which the least "
+        "recently used is built again when it is needed.",
         1,
         MAX_INTEGER,
     )

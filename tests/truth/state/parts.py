@@ -4,8 +4,9 @@ from types import SimpleNamespace
 from unittest.mock import Mock
 
 from ros_pose_stats.node.equipment import Equipment
+from ros_pose_stats.node.memory import Memory
 from ros_pose_stats.node.parts.channel import Channel
-from ros_pose_stats.node.parts.known_part import Commons, KnownPart
+from ros_pose_stats.node.parts.known_part import Commons, KnownPart, PartSource
 
 NODE_SCENE = (-1.0, -1.0)  # of a part that has no scene of its own
 
@@ -14,6 +15,11 @@ def equipment_of(lanes=None, state=None, node=None, **settings):
     return Equipment(
         node or Mock(), lambda: SimpleNamespace(**settings), state, None, Mock(), lanes
     )
+
+
+def source_of(build):
+    """A source whose part stays in memory once it is built."""
+    return PartSource(Memory(1), ("clamp", b""), build)
 
 
 def known_part(source, equipment=None, part_id="clamp"):

@@ -33,14 +33,11 @@ from ros_pose_stats.node.lanes import Lane, Lanes, Rank
 from ros_pose_stats.node.messages.codes import refusal_at_end
 from ros_pose_stats.node.messages.part_requests import PartRequest
 from ros_pose_stats.node.parts.intake import LARGE_BYTES, Intake
-from ros_pose_stats.node.parts.known_part import (
-    PartSource,
-)
 from ros_pose_stats.node.parts.part_counts import Ground, PartCounts, Tally
 from ros_pose_stats.node.parts.registry import PartRegistry
 from ros_pose_stats.node.services.plate_fits import PlateFits
 
-from .parts import equipment_of, known_part
+from .parts import equipment_of, known_part, source_of
 
 TETRAHEDRON = (
     [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
@@ -76,7 +73,7 @@ def large_part(begun, may_end):
         may_end.wait()
         return part_from_mesh(*TETRAHEDRON)
 
-    part = known_part(PartSource(None, build), part_id="large")
+    part = known_part(source_of(build), part_id="large")
     part.size = LARGE_BYTES + 1
     return part
 
@@ -344,7 +341,8 @@ def test_nothing_holds_on_to_a_mesh_that_is_refused():
     def build(request):
         raise MeshError("a closed mesh", "an open one", "close it")
 
-    registry = PartRegistry(equipment_of(), SimpleNamespace(build=build))
+    equipment = equipment_of(max_part_bytes=2**20)
+    registry = PartRegistry(equipment, SimpleNamespace(build=build))
     for _ in range(2):  # the second time its refusal is remembered
         request = PartRequest("clamp", *map(np.array, TETRAHEDRON))
         reference = weakref.ref(request)
@@ -356,7 +354,7 @@ def test_nothing_holds_on_to_a_mesh_that_is_refused():
 def test_a_part_that_the_end_of_the_node_keeps_from_being_shown_again_is_not_forgotten(
     lanes,
 ):
-    source = PartSource(part_from_mesh(*TETRAHEDRON))
+    source = source_of(lambda: part_from_mesh(*TETRAHEDRON))
     part = known_part(source, equipment_of(lanes, scene=DropScene))
     part.show_best = Mock()
     parts = Mock()

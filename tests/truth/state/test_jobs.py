@@ -12,9 +12,9 @@ from ros_pose_stats.core.records.scene import DropScene
 from ros_pose_stats.node import camera_counts, state as states
 from ros_pose_stats.node.jobs import JobListener, JobRequest, Jobs, State, job_reports
 from ros_pose_stats.node.lanes import finished_future
-from ros_pose_stats.node.parts.known_part import LatchedResult, PartSource
+from ros_pose_stats.node.parts.known_part import LatchedResult
 
-from .parts import equipment_of, known_part
+from .parts import equipment_of, known_part, source_of
 
 
 def test_whoever_hears_that_a_job_has_ended_finds_its_place_free():
@@ -93,7 +93,7 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     result = PoseStatistics(
         cluster_tolerance=0.0025, round_sides=192, poses=[StablePose()]
     )
-    part = known_part(PartSource(Mock()), equipment)
+    part = known_part(source_of(Mock()), equipment)
     part.latched = LatchedResult(result, result, DropScene())
     part.results.number = lambda *_: result
     parts = Mock(current=lambda name: part)

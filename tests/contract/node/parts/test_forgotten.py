@@ -11,11 +11,21 @@ import sys
 import pytest
 from ros_pose_stats_msgs.msg import JobStatus, Note
 
+from ros_pose_stats import estimate, simulate
+
 from ..harness.cell import latched
 from ..harness.client import RUNNING, is_farewell, until
 from ..harness.jobs import LONG, cancelled, finished, known_part, reached, start
 from ..harness.listed import recorded_of
-from ..harness.parts import WEDGE, flat, new_id
+from ..harness.parts import (
+    WEDGE,
+    counts,
+    flat,
+    library_part,
+    new_id,
+    probabilities,
+    scaled,
+)
 
 LISTENER = """
 import sys, rclpy
@@ -150,6 +160,28 @@ def test_parts_that_make_room_go_with_the_reason(tuned, bound):
     assert [
         statistics.part_id for statistics in tuned.good("get_statistics").statistics
     ] == [fourth]
+
+
+def test_parts_that_leave_memory_are_known_as_before(tuned):
+    """What is built of a single one takes more than the bound."""
+    tuned.set(max_part_bytes=20_000)
+    parts = {
+        known_part(tuned, scaled(factor)): library_part(scaled(factor))
+        for factor in (1.0, 1.1, 1.2, 1.3)
+    }
+    assert parts.keys() == {
+        statistics.part_id for statistics in tuned.good("get_statistics").statistics
+    }
+    for part_id, part in parts.items():
+        answer = tuned.good(
+            "estimate", part_id=part_id, method="split", restitution=0.3
+        ).statistics
+        assert answer.part_digest == part.digest
+        assert probabilities(answer.poses) == probabilities(
+            estimate(part, "split", restitution=0.3).poses
+        )
+        job = finished(tuned, start(tuned, part_id, 50, seed=5)).statistics
+        assert counts(job.poses) == counts(simulate(part, 50, seed=5).poses)
 
 
 def test_a_subscriber_that_hangs_holds_up_nobody(domain, tuned):

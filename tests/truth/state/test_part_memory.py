@@ -1,0 +1,165 @@
+"""What built parts take in memory is bounded; what leaves it is built again."""
+
+import gc
+import pickle
+import tracemalloc
+import weakref
+from types import SimpleNamespace
+from unittest.mock import Mock
+
+import numpy as np
+import pytest
+
+from lab.bodies.slow import ROUND
+from ros_pose_stats import estimate, part_from_mesh, simulate
+from ros_pose_stats.core.mesh.decimation import thin_out, visible_triangles
+from ros_pose_stats.core.records.part import memory_bytes
+from ros_pose_stats.node.messages.part_requests import PartRequest, build_part
+from ros_pose_stats.node.parts.registry import PartRegistry
+from ros_pose_stats.node.state import State
+from tests.contract.node.harness.parts import WEDGE, fine_box, scaled
+
+from .parts import NODE_SCENE, equipment_of
+
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:module 'sre_:DeprecationWarning"  # of a parser that rclpy imports
+)
+
+PARTS = 3
+DRAWN = 1000
+
+
+def used_part(surface):
+    """A part with what a node prepares of it."""
+    part = part_from_mesh(*surface)
+    estimate(part, "split")
+    simulate(part, 20, seed=1)
+    visible_triangles(part, DRAWN)
+    return part
+
+
+def sent_part(surface):
+    """The same as it comes out of another process."""
+    part = used_part(surface)
+    twin, prepared = pickle.loads(pickle.dumps((part, part.all_prepared()), 5))
+    twin.keep_all(prepared)
+    return twin
+
+
+@pytest.mark.parametrize(
+    ("surface", "make"),
+    [
+        (WEDGE, used_part),
+        (ROUND, used_part),
+        (fine_box(3000), sent_part),
+        (ROUND, sent_part),
+    ],
+    ids=["wedge", "ellipsoid", "box out of a process", "ellipsoid out of one"],
+)
+def test_a_part_weighs_what_it_takes(surface, make):
+    make(surface)  # brings what all parts share
+    tracemalloc.start()
+    try:
+        gc.collect()
+        before = tracemalloc.get_traced_memory()[0]
+        parts = [
+            make((factor * surface[0], surface[1].copy()))
+            for factor in np.linspace(1.0, 1.1, PARTS)
+        ]
+        gc.collect()
+        taken = tracemalloc.get_traced_memory()[0] - before
+    finally:
+        tracemalloc.stop()
+    assert sum(map(memory_bytes, parts)) == pytest.approx(taken, rel=0.2)
+
+
+@pytest.fixture
+def registry_of(tmp_path):
+    """Makes a registry with a bound, and the state of its parts."""
+    states = []
+
+    def begin(most_bytes):
+        state = State(tmp_path / "state.sqlite3")
+        states.append(state)
+        equipment = equipment_of(state=state, max_part_bytes=most_bytes, max_parts=100)
+        equipment = equipment._replace(recorder=Mock(bag=tmp_path))
+        return PartRegistry(equipment, SimpleNamespace(build=build_part))
+
+    yield begin
+    for state in states:
+        state.close()
+
+
+def known_part(registry, surface, part_id, scene_override=NODE_SCENE):
+    vertices, triangles = surface
+    request = PartRequest(
+        part_id,
+        np.array(vertices),
+        np.array(triangles, np.uint32),
+        scene_override=scene_override,
+    )
+    part, is_new = registry.identify(request)
+    assert is_new
+    estimate(part.geometry, "split")
+    registry.put(part, request)
+    return part
+
+
+def test_parts_beyond_the_bound_leave_memory_and_nothing_else(registry_of):
+    part_bytes = memory_bytes(used_part(WEDGE))
+    registry = registry_of(3 * part_bytes)
+    parts = [
+        known_part(registry, scaled(factor), f"part {factor}")
+        for factor in np.linspace(1.0, 1.1, 12)
+    ]
+    is_built = [part.is_built for part in parts]
+    assert 1 <= sum(is_built) <= 3 and is_built[-1]
+    assert registry.all() == parts
+    digests = [part.digest for part in parts]
+    assert [part.geometry.digest for part in parts] == digests
+
+
+def test_a_part_that_leaves_memory_is_freed(registry_of):
+    registry = registry_of(10_000)
+    reference = weakref.ref(known_part(registry, WEDGE, "first").geometry)
+    known_part(registry, scaled(1.1), "second")
+    gc.collect()
+    assert reference() is None
+
+
+def test_what_a_part_grows_by_counts(registry_of):
+    first_surface, second_surface = fine_box(1000), scaled(1.1)
+    registry = registry_of(3 * memory_bytes(used_part(fine_box(1000))) // 2)
+    first = known_part(registry, first_surface, "first")
+    second = known_part(registry, second_surface, "second")
+    assert first.is_built
+    for sides in range(20, 40):
+        estimate(second.geometry, "split", round_sides=sides)
+    for _ in range(100):
+        registry._look_after_topics()
+    assert second.is_built and not first.is_built
+
+
+def test_a_part_in_work_stays_when_another_mesh_takes_its_name(registry_of):
+    registry = registry_of(10_000)
+    part = known_part(registry, WEDGE, "part")
+    known_part(registry, scaled(1.1), "part")
+    known_part(registry, scaled(1.2), "other")
+    assert part.geometry.digest == part.digest
+
+
+def test_a_part_is_drawn_when_it_has_left_memory(registry_of):
+    registry = registry_of(100_000)
+    part = known_part(registry, fine_box(3000), "part")
+    triangles = part.draw(2000)
+    known_part(registry, WEDGE, "other")
+    assert not part.is_built and part.can_be_drawn
+    np.testing.assert_array_equal(part.draw(2000), triangles)
+    coarse = part.draw(100)
+    assert 0 < len(coarse) <= 100
+    np.testing.assert_allclose(np.ptp(coarse, (0, 1)), np.ptp(triangles, (0, 1)))
+
+
+def test_a_drawing_of_loose_triangles_thins_out():
+    corners = np.random.default_rng(1).normal(size=(300, 3, 3))
+    assert len(thin_out(corners, 50)) == 50
