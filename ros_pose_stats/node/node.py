@@ -248,9 +248,8 @@ class Life:
             self._executor.create_task(self._node.get_logger().info, "ready")
             self._spin()
         except BaseException as error:
-            if (
-                not self._stop.is_requested
-            ):  # else the executor has just been taken apart
+            # Where an end is requested the executor has just been taken apart.
+            if not self._stop.is_requested:
                 self._failure = error
         finally:
             self._stop.request_end()
@@ -262,9 +261,8 @@ class Life:
                 self._executor.spin()
                 return
             except Exception as error:  # for instance of what a client sent to rclpy
-                if (
-                    not self._stop.is_requested
-                ):  # else the executor has just been taken apart
+                # Where an end is requested the executor has just been taken apart.
+                if not self._stop.is_requested:
                     self._node.get_logger().error(
                         "a callback failed, and the node goes on: "
                         f"{type(error).__name__}: {error}"

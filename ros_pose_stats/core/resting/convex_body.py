@@ -30,9 +30,8 @@ class ConvexBody:
     arrays: BodyArrays
     # coplanarity at which the faces were merged, as a fraction of the radius
     tolerance: float
-    runs: tuple[
-        rims.Run, ...
-    ]  # its round and toothed runs; none where the body stands as in the file
+    # its round and toothed runs; none where the body stands as in the file
+    runs: tuple[rims.Run, ...]
     # (F,) int; number of the strip that a face belongs to, the facets between two runs
     # about one axis; -1 for a face of none
     run_of_face: Index
@@ -124,9 +123,8 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
         rounding = part.rounding / scale
     try:
         arrays, tolerance = build_polyhedron(scaled, *hull_of_corners(scaled), rounding)
-    except (
-        errors.MeshError
-    ):  # the centre of mass is closer to the surface than a facet's arc
+    except errors.MeshError:
+        # The centre of mass is closer to the surface than a facet's arc.
         return original
     return ConvexBody(
         scale * farthest,

@@ -241,9 +241,8 @@ def yaw_symmetries(
     is round.
     """
     order_of_pose = np.ones(len(lowest), dtype=np.int64)
-    original = convex_body.body_of(
-        part, 0
-    )  # the surface has the file's own facets alone
+    # The surface has the file's own facets alone.
+    original = convex_body.body_of(part, 0)
     for pose, face in enumerate(lowest.tolist()):
         facet = int(
             components_along(original.arrays.normal, equilibria.downs[face]).argmax()

@@ -87,9 +87,8 @@ def hex_bolt() -> Surface:
         [(0.0, -5.3), (6.0, -5.3), (9.0, -5.3 + np.sqrt(3.0)), (9.0, 1.0), (0.0, 1.0)]
     )
     shank = np.array([(0.0, -1.0), (4.0, -1.0), (4.0, 29.0), (3.2, 30.0), (0.0, 30.0)])
-    cone = revolve(chamfer, 96).rotate(
-        (0.0, 0.0, 180.0 / 96.0)
-    )  # facets face the corners
+    # Its facets face the corners.
+    cone = revolve(chamfer, 96).rotate((0.0, 0.0, 180.0 / 96.0))
     return surface_of((head ^ cone) + revolve(shank, 48))
 
 

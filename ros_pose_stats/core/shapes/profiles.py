@@ -94,9 +94,8 @@ def spur_gear(teeth: int, module: float) -> Outline:
     radii = np.linspace(max(base, pitch - module), tip, 5)
     half_tooth = np.pi / (2.0 * teeth) + np.tan(pressure) - pressure
     roll = np.sqrt(np.maximum((radii / base) ** 2 - 1.0, 0.0))
-    half_widths = half_tooth - (
-        roll - np.arctan(roll)
-    )  # less the involute's polar angle
+    # less the involute's polar angle
+    half_widths = half_tooth - (roll - np.arctan(roll))
     radii = np.concatenate(((pitch - 1.25 * module,), radii))
     half_widths = np.concatenate((half_widths[:1], half_widths))
     radius = np.concatenate((radii, radii[::-1]))

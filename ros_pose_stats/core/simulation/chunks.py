@@ -113,9 +113,8 @@ class DropWorkers:
 
     def _compute_chunks(self) -> None:
         try:
-            if (
-                self._background and sys.platform == "linux"
-            ):  # where threads have priorities
+            # Elsewhere threads have no priorities.
+            if self._background and sys.platform == "linux":
                 os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
             while True:
                 first, count = self._next_chunk()

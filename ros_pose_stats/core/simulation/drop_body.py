@@ -258,9 +258,8 @@ def ball_tree(points: Array) -> tuple[Index, Array, Index]:
     """Binary tree of balls, in the order in which it is walked."""
     order: list[Index] = []  # (C,); points as the leaves hold them
     balls: list[tuple[float, ...]] = []  # (B, 4); centre and radius
-    ranges: list[
-        list[int]
-    ] = []  # (B, 3); begin and end in `order`, node that follows the subtree
+    # (B, 3); begin and end in `order`, node that follows the subtree
+    ranges: list[list[int]] = []
     # Nodes are numbered as they are first seen, a left child right after its parent.
     pending: list[Index] = [np.arange(points.shape[0])]
     ancestors: list[tuple[int, int]] = []  # a node, and the end of its corners

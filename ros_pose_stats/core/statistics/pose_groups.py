@@ -231,9 +231,8 @@ def equivalent_drops(shares: Array, errors: Array) -> float:
     the share and 1 / K, so that n stands on both sides; the mean of both converges.
     """
     scatter = float((errors * errors).sum())
-    if (
-        scatter == 0.0 or shares.size == 1
-    ):  # poses that symmetry makes alike are all there are
+    # Poses that symmetry makes alike are all there are.
+    if scatter == 0.0 or shares.size == 1:
         return math.inf
     drops = 1.0 / scatter
     for _ in range(EQUIVALENCE_ROUNDS):

@@ -367,9 +367,8 @@ class KnownPart:
 
     def withdraw_result(self, stamp: int, reason: str) -> None:
         """Tell present subscribers that the part is forgotten."""
-        last = (
-            self.channel.part
-        )  # another mesh of the name, if this one shows nothing yet
+        # Another mesh of the name, if this one shows nothing yet.
+        last = self.channel.part
         if last is None or last.latched is None:
             return
         farewell = statistics_messages.farewell_message(

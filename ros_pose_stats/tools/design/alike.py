@@ -46,9 +46,8 @@ def first_equivalents(space: changes.DesignSpace, is_wanted: Mask) -> Index:
         (cosine.max(axis=2) > DOWN_COSINE)
         & (is_wanted[cosine.argmax(axis=2)] == is_wanted)
     ).all(axis=1)
-    return np.asarray(
-        images[keeps_share].min(axis=0)
-    )  # they are a group, so these are whole orbits
+    # They are a group, so these are whole orbits.
+    return np.asarray(images[keeps_share].min(axis=0))
 
 
 def symmetric_steps(space: changes.DesignSpace, length: float) -> Array:
