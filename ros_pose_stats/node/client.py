@@ -76,7 +76,7 @@ def read_part(
     part_id: str,
     mass: float | None,
     density: float | None,
-    body: separation.Choice = None,
+    body: separation.Choice,
 ) -> tuple[Part, msg.PartMesh]:
     """The part of a file, with all checks of the node, and its message.
 

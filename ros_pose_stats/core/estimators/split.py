@@ -109,9 +109,7 @@ def kept_shares(resting: RestingPoses) -> Array:
     return share
 
 
-def component_weights(
-    rows: Array, fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS
-) -> Array:
+def component_weights(rows: Array, fits: Sequence[fitted.SplitFit]) -> Array:
     """Logarithm (n,) of the weights of components from their inputs (n, 26)."""
     area_base, holding_base = component_bases(rows)
     log_weights = [

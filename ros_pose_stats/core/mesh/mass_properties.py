@@ -48,7 +48,7 @@ def check_properties(
     center_of_mass: ArrayLike | None,
     mass: float | None,
     inertia: ArrayLike | None,
-    density: float | None = None,
+    density: float | None,
 ) -> GivenProperties:
     """Check given properties without the mesh.
 

@@ -79,7 +79,7 @@ class FeederCell:
                 )
 
     def kick_heights(
-        self, radius: float, named: Sequence[float] | None = None
+        self, radius: float, named: Sequence[float] | None
     ) -> tuple[float, ...]:
         """Kicks to plan with, metres: those named, else the usual ones of a plate.
 

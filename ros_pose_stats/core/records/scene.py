@@ -203,23 +203,19 @@ def height_warnings(
 
 
 def describe_scene(
-    restitution: float | Sequence[float],
-    drop_height: float | None,
-    radius: float = math.nan,
+    restitution: float | Sequence[float], drop_height: float | None
 ) -> str:
     """The scene in one sentence: how high, onto what, how bouncy.
 
     `restitution`: several where each was dropped with; `drop_height`: None for the
-    default; NaN where the method ignores both; `radius`: NaN where it is about many
-    parts.
+    default; NaN where the method ignores both.
     """
     if drop_height is not None and math.isnan(drop_height):
         return "released at any height above a frictionless plate, at any restitution"
-    metres = DEFAULT_DROP_RADII * radius if drop_height is None else drop_height
     height = (
         f"{DEFAULT_DROP_RADII:g} part radii"
-        if math.isnan(metres)
-        else length_in_words(metres)
+        if drop_height is None
+        else length_in_words(drop_height)
     )
     values = [restitution] if isinstance(restitution, (int, float)) else restitution
     return (

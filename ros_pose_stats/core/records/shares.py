@@ -47,8 +47,8 @@ def pose_statistics(
     drops: int = 0,
     unsettled: int = 0,
     seed: int = 0,
-    seconds: float = math.nan,
-    warnings: Iterable[Note] = (),
+    seconds: float,
+    warnings: Iterable[Note],
 ) -> PoseStatistics:
     """Statistics of a part by a method.
 

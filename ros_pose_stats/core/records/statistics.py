@@ -263,7 +263,7 @@ def report(
     return "\n".join(lines + remarks([statistics]))
 
 
-def heading(statistics: PoseStatistics, part: Part | None = None) -> str:
+def heading(statistics: PoseStatistics, part: Part | None) -> str:
     """Lines about the part and the scene."""
     poses = several(len(statistics.poses), "stable pose")
     groups = len({pose.group for pose in statistics.poses})

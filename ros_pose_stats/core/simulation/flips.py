@@ -105,7 +105,7 @@ def count_flips(
     scene: DropScene,
     kick_height: float,
     per_pose: DropRequest,
-    watch: Watch = UNWATCHED,
+    watch: Watch,
     on_progress: OnCount = None,
 ) -> FlipStatistics:
     """Flip a part in a scene, out of each pose as requested; see `simulate_flips`."""

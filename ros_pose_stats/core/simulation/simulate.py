@@ -32,7 +32,6 @@ from .drops import (
 )
 from .request import (
     FEWEST_DROPS,
-    UNWATCHED,
     DropRequest,
     OnProgress,
     Watch,
@@ -128,8 +127,8 @@ def count_drops(
     part: Part,
     scene: DropScene,
     request: DropRequest,
-    watch: Watch = UNWATCHED,
-    judge: Judge | None = None,
+    watch: Watch,
+    judge: Judge | None,
 ) -> PoseStatistics:
     """Drop a part in a scene as requested; `judge` and the rest as for `simulate`."""
     if request.target_error:

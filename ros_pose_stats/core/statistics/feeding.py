@@ -105,7 +105,7 @@ def check_wanted_poses(wanted_poses: Sequence[int], poses: int) -> Mask:
     return is_wanted
 
 
-def check_rate(rate: float, cycle_time: float = 0.0) -> None:
+def check_rate(rate: float, cycle_time: float) -> None:
     """Refuse a rate of drops, and a time from kick to kick, that is none."""
     if not 0.0 < rate < math.inf:
         raise RequestError(

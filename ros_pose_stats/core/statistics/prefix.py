@@ -28,7 +28,7 @@ CHECKPOINT_MARGIN = 1.1
 estimate has its share in falls slower."""
 
 
-def next_checkpoint(drops_done: int, drops: int, first: int = FIRST_CHECKPOINT) -> int:
+def next_checkpoint(drops_done: int, drops: int, first: int) -> int:
     """The first prefix longer than `done` that is looked at, at most `drops`.
 
     They are 100, 150, 225, 337, 505, 757, ..., each one and a half times the one
@@ -61,9 +61,8 @@ def target_reached(bound: float, target_error: float) -> bool:
 class Judge(NamedTuple):
     """Who knows more about the error of counts than the counts themselves."""
 
-    judge: Callable[
-        [Index], errors.Judgement
-    ]  # from counts (K,) to what they are worth
+    # from counts (K,) to what they are worth
+    judge: Callable[[Index], errors.Judgement]
     # drops before the first look. Later ones come where the target may be reached, at
     # the latest after half as many drops again
     first: int = FIRST_CHECKPOINT
@@ -76,7 +75,7 @@ class Prefix:
     """Counts of the first drops of a run, cut where the target is reached."""
 
     def __init__(
-        self, poses: int, drops: int, target_error: float, judge: Judge | None = None
+        self, poses: int, drops: int, target_error: float, judge: Judge | None
     ) -> None:
         self.drop_bound = drops
         self.target_error = target_error

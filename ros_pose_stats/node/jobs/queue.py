@@ -110,7 +110,7 @@ class Jobs:
         self._end(job, State.CANCELLED, reason)
 
     def cancel_refinement(
-        self, part_id: str, reason: str, but: JobRequest | None = None
+        self, part_id: str, reason: str, but: JobRequest | None
     ) -> None:
         """Ask the refinements of a part to end, but for one that is wanted anew."""
         for job in self.all():

@@ -290,7 +290,7 @@ class BagContents:
         }
 
 
-def read_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagContents:
+def read_bags(paths: Paths, on_progress: OnProgress | None) -> BagContents:
     """Read directories of bags, bags or files; `on_progress`: bytes, of how many."""
     if isinstance(paths, (str, os.PathLike)):
         paths = [paths]

@@ -13,7 +13,7 @@ from .camera_counts import CameraCounts
 
 
 def counts_on_plate(
-    paths: Sequence[Path], plate: str, on_progress: OnProgress | None = None
+    paths: Sequence[Path], plate: str, on_progress: OnProgress | None
 ) -> tuple[list[CountedPart], list[str]]:
     """Counts of a plate with their parts out of the same bags; notes on unused counts.
 

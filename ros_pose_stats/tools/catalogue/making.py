@@ -68,10 +68,10 @@ def make_catalogue(
     request: CatalogueRequest,
     maker: Maker,
     *,
-    parquet: bool = False,
-    keep_rows: bool = False,
-    on_progress: Callable[[CatalogueProgress], object] = lambda _: None,
-    should_stop: Callable[[], bool] = lambda: False,
+    parquet: bool,
+    keep_rows: bool,
+    on_progress: Callable[[CatalogueProgress], object],
+    should_stop: Callable[[], bool],
 ) -> Catalogue:
     """Make a catalogue, or go on where an earlier run was cut off.
 
@@ -226,7 +226,7 @@ first rows are there meanwhile.
 """
 
 
-def on_processes(workers: int | None = None) -> Maker:
+def on_processes(workers: int | None) -> Maker:
     """Parts made by processes of this machine; a death costs one part alone."""
     count = check_workers(workers)
 

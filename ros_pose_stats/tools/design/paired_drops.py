@@ -39,7 +39,7 @@ class PairedDrops:
         scene: DropScene,
         seed: int,
         workers: int,
-        should_stop: Callable[[], bool] = lambda: False,
+        should_stop: Callable[[], bool],
         turns: Sequence[Array | None] = (),
         first: int = 0,
     ) -> None:
@@ -72,9 +72,7 @@ class PairedDrops:
         """From which settled starts a variant came to rest in one of some poses."""
         return np.isin(self.outcome[variant, self.is_settled], list(poses))
 
-    def drop_until(
-        self, drops: int, on_progress: Callable[[int], object] = lambda drops_done: None
-    ) -> None:
+    def drop_until(self, drops: int, on_progress: Callable[[int], object]) -> None:
         """Drop all variants from the next starts, until there are so many.
 
         `on_progress` takes the drops made of all variants together.

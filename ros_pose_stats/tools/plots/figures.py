@@ -45,9 +45,7 @@ def open_axes(
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def separate(
-    heights: Array, gap: float, low: float = -np.inf, high: float = np.inf
-) -> Array:
+def separate(heights: Array, gap: float, low: float, high: float = np.inf) -> Array:
     """Move heights (k,) as little as it takes to lie `gap` apart in order.
 
     Where there is no room between `low` and `high`, `high` gives way.

@@ -75,7 +75,7 @@ MOST_EFFECTS = 12  # changes of the part that are listed
 ROUNDING = 1e-9  # coordinates of the centre of mass, in radii, that are shown as 0
 
 
-def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
+def report_page(findings: Findings, commands: tuple[str, ...]) -> str:
     """The page of a part as HTML; `commands`: that give the same numbers."""
     part = findings.part
     statistics = findings.simulated
@@ -256,9 +256,7 @@ def _direction(direction: Array) -> str:
     return " ".join(f"{x + 0.0:+.3f}" for x in direction.round(3))
 
 
-def comparison_page(
-    compared: comparison.Comparison, commands: tuple[str, ...] = ()
-) -> str:
+def comparison_page(compared: comparison.Comparison, commands: tuple[str, ...]) -> str:
     """The page of a comparison with drops as HTML; `commands`: as of a report."""
     titles = [
         f"{describe.letter(number)} {statistics.part_id}"
