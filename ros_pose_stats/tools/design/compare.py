@@ -133,18 +133,15 @@ def compare(
         correspondence.find_correspondence(resting[0], variant)
         for variant in resting[1:]
     ]
-    accepted_matches = [match.follow(accepted_poses) for match in matches]
-    accepted_by_variant = [
-        accepted_poses,
-        *(poses.second for poses in accepted_matches),
-    ]
-    tested_poses = [list(match.matches) for match in matches]
-    if accepted_poses:
-        for poses, accepted in zip(tested_poses, accepted_matches, strict=True):
-            poses.append(accepted)
-    tests = _ShareTests(tested_poses, bool(accepted_poses), plate_error)
-
-    turns = [None, *(match.turn for match in matches)]
+    followed_poses = [match.follow(accepted_poses) for match in matches]
+    tests = _ShareTests(
+        [
+            [*match.matches, *([poses] if accepted_poses else [])]
+            for match, poses in zip(matches, followed_poses, strict=True)
+        ],
+        bool(accepted_poses),
+        plate_error,
+    )
     judged_drops, fresh_drops = (
         paired_drops.PairedDrops(
             parts,
@@ -152,43 +149,28 @@ def compare(
             drop_seed % SEEDS,
             request.workers,
             should_stop,
-            turns,
+            [None, *(match.turn for match in matches)],
         )
         for drop_seed in (request.seed + SEEDS // 2, request.seed)
     )
-    most_drops = 2 * request.drops * len(parts)
-    verdicts = tests.judge(
-        judged_drops,
-        request.drops,
-        lambda drops_done: on_progress(drops_done, most_drops),
+    pairs, differences = tests.judge_and_measure(
+        judged_drops, fresh_drops, request.drops, on_progress
     )
-    fresh_drops.drop_until(
-        judged_drops.drops,
-        lambda drops_done: on_progress(
-            judged_drops.outcome.size + drops_done, most_drops
-        ),
-    )
-
-    pairs = fresh_drops if fresh_drops.drops else judged_drops
-    variants = []
-    for number, (match, fresh, judged) in enumerate(
-        zip(matches, tests.differences(pairs), verdicts, strict=True), start=1
-    ):
-        shares = [
-            difference._replace(
-                chance=verdict.chance, chance_on_plate=verdict.chance_on_plate
-            )
-            for difference, verdict in zip(fresh, judged, strict=True)
-        ]
-        variants.append(_compare_variant(number, match, accepted_poses, shares))
-
+    accepted_by_variant = [accepted_poses, *(poses.second for poses in followed_poses)]
     return comparison.Comparison(
         tuple(parts),
         tuple(
-            _statistics(part, pairs, number, accepted_by_variant[number])
-            for number, part in enumerate(parts)
+            _statistics(part, pairs, number, accepted)
+            for number, (part, accepted) in enumerate(
+                zip(parts, accepted_by_variant, strict=True)
+            )
         ),
-        tuple(variants),
+        tuple(
+            _compare_variant(number, match, accepted_poses, shares)
+            for number, (match, shares) in enumerate(
+                zip(matches, differences, strict=True), start=1
+            )
+        ),
         pairs.scene,
         request.seed,
         accepted_poses,
@@ -235,6 +217,39 @@ class _ShareTests(NamedTuple):
     poses: list[list[correspondence.MatchedPoses]]
     has_feeder: bool
     plate_error: float  # of a single share
+
+    def judge_and_measure(
+        self,
+        judged_drops: paired_drops.PairedDrops,
+        fresh_drops: paired_drops.PairedDrops,
+        most_drops: int,
+        on_progress: Callable[[int, int], object],
+    ) -> tuple[paired_drops.PairedDrops, Differences]:
+        """Drop until the verdicts stand, then as often afresh for shares and sizes.
+
+        The drops that gave these, the judged ones where a stop left no others; and the
+        differences, with the chances of the verdicts.
+        """
+        total = 2 * most_drops * len(judged_drops.parts)
+        verdicts = self.judge(
+            judged_drops, most_drops, lambda drops_done: on_progress(drops_done, total)
+        )
+        fresh_drops.drop_until(
+            judged_drops.drops,
+            lambda drops_done: on_progress(
+                judged_drops.outcome.size + drops_done, total
+            ),
+        )
+        pairs = fresh_drops if fresh_drops.drops else judged_drops
+        return pairs, [
+            [
+                difference._replace(
+                    chance=verdict.chance, chance_on_plate=verdict.chance_on_plate
+                )
+                for difference, verdict in zip(fresh, judged, strict=True)
+            ]
+            for fresh, judged in zip(self.differences(pairs), verdicts, strict=True)
+        ]
 
     def judge(
         self,
