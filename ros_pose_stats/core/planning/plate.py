@@ -8,6 +8,7 @@ over the parts is followed, which is exact but for how the others lie that block
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -53,65 +54,78 @@ class Plate(Feeder):
         else:
             flips_known = self.flips_known(kick)
             transition = kick.transition
-
-        dropped_shares = self.dropped.probability
-        shares = self.dropped.probability
-        for _ in range(SHARE_PASSES):
-            room = self.fill(shares)
-            largest = min(MOST_PARTS, 2.0 + 2.0 / float(room.blocked.mean()))
-            parts = np.unique(np.geomspace(1.0, largest, PART_NUMBERS).astype(int))
-            pick_chance = self.pick_mask * room.free_probability(parts)
-            picture_shares = [np.tile(dropped_shares, (len(parts), 1))]
-            for _ in range(most_kicks):
-                pose_picks = picture_shares[-1] * pick_chance
-                refill = pose_picks.sum(axis=1, keepdims=True) * dropped_shares
-                picture_shares.append(
-                    (picture_shares[-1] - pose_picks) @ transition + refill
-                )
-            pictures = np.array(picture_shares)  # (kicks + 1, N, K)
-            picks = parts[:, None] * (pictures * pick_chance).sum(axis=2).T
-            right_chance = pick_chance * self.pick_worth
-            right_picks = parts[:, None] * (pictures * right_chance).sum(axis=2).T
-            rates = self._rates(parts, picks, right_picks)
-            row, kicks = np.unravel_index(int(rates.argmax()), rates.shape)
-            shares = pictures[: kicks + 1, row].mean(axis=0)
-
-        chain = pictures[: kicks + 1, row]
-        error = self._picks_error(chain, pick_chance[row], transition, flips_known)
+        cycle = self._best_cycle(transition, most_kicks)
+        parts, kicks = cycle.parts, cycle.kicks
+        error = self._picks_error(cycle, transition, flips_known)
         # No picture shows more than all parts in the pose that is blocked least.
         picks_range = np.minimum(
-            np.outer((1.0, *feeding.relative_bounds(error)), picks[row, : kicks + 1]),
-            parts[row] * pick_chance[row].max(),
+            np.outer((1.0, *feeding.relative_bounds(error)), cycle.picks),
+            parts * cycle.pick_chance.max(),
         )
-        parts_range = parts[[row, row, row]]
-        right_share = np.divide(
-            right_picks[row],
-            picks[row],
-            out=np.zeros(len(picks[row])),
-            where=picks[row] > 0.0,
+        parts_range = np.full(3, parts)
+        right_range = picks_range * np.divide(
+            cycle.right_picks,
+            cycle.picks,
+            out=np.zeros(kicks + 1),
+            where=cycle.picks > 0.0,
         )
-        right_range = picks_range * right_share[: kicks + 1]
         rates = self._rates(parts_range, picks_range, right_range)[:, -1]
         total = right_range.sum(axis=1)
         shares = total / _dropped(parts_range, picks_range)[:, -1]
         accepted = feeding.Bounded(*shares.tolist())
         flips = feeding.NO_FLIPS
         if kicks:
-            thrown = kicks * parts[row] - picks_range[:, :-1].sum(axis=1)
+            thrown = kicks * parts - picks_range[:, :-1].sum(axis=1)
             with np.errstate(divide="ignore"):  # maybe nothing is picked
                 middle, most, least = (thrown / total).tolist()
             flips = feeding.Bounded(middle, least, most)
         return KickPlan(
             0.0 if kick is None else kick.kick_height,
-            int(parts[row]),
-            int(kicks),
-            float(right_picks[row, 0]),
+            parts,
+            kicks,
+            float(cycle.right_picks[0]),
             accepted,
             feeding.passes_of(*accepted),
             flips,
             feeding.Bounded(*rates.tolist()),
             "" if kick is None else kick.feeder_setting,
         )
+
+    def _best_cycle(self, transition: Array, most_kicks: int) -> "_Cycle":
+        """The cycle with the numbers of parts and kicks that give most a minute."""
+        shares = self.dropped.probability
+        for _ in range(SHARE_PASSES):
+            room = self.fill(shares)
+            largest = min(MOST_PARTS, 2.0 + 2.0 / float(room.blocked.mean()))
+            parts = np.unique(np.geomspace(1.0, largest, PART_NUMBERS).astype(int))
+            pick_chance = self.pick_mask * room.free_probability(parts)
+            pictures = self._pictures(pick_chance, transition, most_kicks)
+            picks = parts[:, None] * (pictures * pick_chance).sum(axis=2).T
+            right_chance = pick_chance * self.pick_worth
+            right_picks = parts[:, None] * (pictures * right_chance).sum(axis=2).T
+            rates = self._rates(parts, picks, right_picks)
+            row, kicks = map(int, np.unravel_index(int(rates.argmax()), rates.shape))
+            shares = pictures[: kicks + 1, row].mean(axis=0)
+        return _Cycle(
+            int(parts[row]),
+            kicks,
+            pictures[: kicks + 1, row],
+            pick_chance[row],
+            picks[row, : kicks + 1],
+            right_picks[row, : kicks + 1],
+        )
+
+    def _pictures(
+        self, pick_chance: Array, transition: Array, most_kicks: int
+    ) -> Array:
+        """How parts lie (R + 1, N, K) after 0, 1 ... kicks, by chances of a pick."""
+        dropped_shares = self.dropped.probability
+        pictures = [np.tile(dropped_shares, (len(pick_chance), 1))]
+        for _ in range(most_kicks):
+            pose_picks = pictures[-1] * pick_chance
+            refill = pose_picks.sum(axis=1, keepdims=True) * dropped_shares
+            pictures.append((pictures[-1] - pose_picks) @ transition + refill)
+        return np.array(pictures)
 
     def _rates(self, parts: Index, picks: Array, right_picks: Array) -> Array:
         """Parts rightly picked a minute (N, R) by picks (N, R) after 0, 1 ... kicks."""
@@ -127,20 +141,17 @@ class Plate(Feeder):
         return np.asarray(60.0 * right_picks.cumsum(axis=1) / seconds)
 
     def _picks_error(
-        self,
-        picture_shares: Array,
-        pick_chance: Array,
-        transition: Array,
-        flips_known: list[float],
+        self, cycle: "_Cycle", transition: Array, flips_known: list[float]
     ) -> float:
         """Relative standard error of the parts that a cycle rightly picks.
 
         To first order in the shares of dropped parts and in the rows of the moves, each
         off by its own counts and by the error of the plate or of its flips.
-        `picture_shares` (R + 1, K): how parts lie at each picture; `flips_known`: of
-        the rows, none without a kick.
+        `flips_known`: of the rows, none without a kick.
         """
         landed = self.landed
+        picture_shares = cycle.picture_shares
+        pick_chance = cycle.pick_chance
         right_chance = pick_chance * self.pick_worth
         picks = float((picture_shares @ right_chance).sum())
         stay_chance = 1.0 - pick_chance
@@ -178,6 +189,17 @@ class Plate(Feeder):
                 self.can_flip,
             )
         )
+
+
+class _Cycle(NamedTuple):
+    """What is on the plate from one emptying to the next, on average."""
+
+    parts: int
+    kicks: int
+    picture_shares: Array  # (R + 1, K); how parts lie at each picture
+    pick_chance: Array  # (K,); of a part in a pose
+    picks: Array  # (R + 1,); parts that are picked by each picture
+    right_picks: Array  # (R + 1,); those of them in a wanted pose
 
 
 def _dropped(parts: Index, picks: Array) -> Array:

@@ -159,23 +159,13 @@ def learn_flips(
         If the counts are not a whole number from 0 up from pose to pose, or there are
         no kicks.
     """
-    flip_counts = np.asarray(counts)
     if not kicks:
         raise RequestError(
             "flips of the model at one kick height or more", "none", "name kick heights"
         )
     check_alike(kicks)
     poses = kicks[0].counts.shape[0]
-    if (
-        flip_counts.shape != (poses, poses)
-        or flip_counts.dtype.kind not in "iu"
-        or (flip_counts < 0).any()
-    ):
-        raise RequestError(
-            f"{poses} rows of {poses} whole numbers from 0 up, a row a pose",
-            f"{flip_counts}",
-            "count the flips from pose to pose, by their index",
-        )
+    flip_counts = _check_flips(counts, poses)
     groups = [pose.group for pose in kicks[0].poses]
     member = np.equal.outer(groups, sorted(set(groups))).astype(float)
     size = member.sum(axis=0)
@@ -208,6 +198,22 @@ def learn_flips(
         feeder_setting=feeder_setting,
         counted_flips=int(flip_counts.sum()),
     )
+
+
+def _check_flips(counts: ArrayLike, poses: int) -> Index:
+    """Counts (K, K) as an array; raises RequestError if there are not K x K of them."""
+    flip_counts = np.asarray(counts)
+    if (
+        flip_counts.shape != (poses, poses)
+        or flip_counts.dtype.kind not in "iu"
+        or (flip_counts < 0).any()
+    ):
+        raise RequestError(
+            f"{poses} rows of {poses} whole numbers from 0 up, a row a pose",
+            f"{flip_counts}",
+            "count the flips from pose to pose, by their index",
+        )
+    return flip_counts
 
 
 def check_alike(results: Sequence[PoseStatistics | FlipStatistics]) -> None:
