@@ -39,6 +39,7 @@ from ..vectors import (
     add,
     cross,
     divide,
+    dot,
     length,
     point_at,
     read_row,
@@ -107,7 +108,8 @@ def surface_of(
     """
     neighbours = triangle_neighbours(triangles)
     facet = planar_regions(points, triangles, neighbours, flatness)
-    regions, widths = _measure_regions(points, triangles, facet)
+    vectors, areas = area_vectors(points, triangles)
+    regions, widths = _measure_regions(points, triangles, vectors, areas, facet)
     slack = np.zeros(regions.shape[0])
     lean = np.zeros(regions.shape[0])
     _find_curves(points, triangles, neighbours, facet, regions, slack, lean)
@@ -124,20 +126,19 @@ def surface_of(
         regions,
         slack,
         lean,
-        _choose_samples(triangles, facet, regions, points),
+        _choose_samples(triangles, facet, regions, areas, points.shape[0]),
         triangle_tree(points, triangles, margins),
     )
 
 
 @kernel
 def _measure_regions(
-    points: Array, triangles: Index, facet: Index
+    points: Array, triangles: Index, vectors: Array, areas: Array, facet: Index
 ) -> tuple[Array, Array]:
     """Centroid, normal and area (G, 7), and greatest height of a triangle (G,)."""
     count = 0
     for t in range(facet.shape[0]):
         count = max(count, facet[t] + 1)
-    vectors, areas = area_vectors(points, triangles)
     regions = np.zeros((count, REGION))
     widths = np.zeros(count)
     for t in range(facet.shape[0]):
@@ -245,24 +246,24 @@ def _width_from(
     line: Vec3,
 ) -> float:
     """Greatest distance of a region's corners from the line of an edge."""
-    width = 0.0
+    widest_square = 0.0
     for k in range(begin[g], begin[g + 1]):
         for j in range(3):
             offset = subtract(point_at(points, triangles[members[k], j]), origin)
-            width = max(width, length(cross(offset, line)))
-    return width
+            across = cross(offset, line)
+            widest_square = max(widest_square, dot(across, across))
+    return math.sqrt(widest_square)
 
 
 @kernel
 def _choose_samples(
-    triangles: Index, facet: Index, regions: Array, points: Array
+    triangles: Index, facet: Index, regions: Array, areas: Array, vertices: int
 ) -> Index:
     """Largest triangle of each region, largest region first, then vertices of edges."""
     count = regions.shape[0]
     largest = np.full(count, -1, np.int64)
-    areas = area_vectors(points, triangles)[1]
-    region_of_vertex = np.full(points.shape[0], -1, np.int64)
-    on_edge = np.zeros(points.shape[0], np.bool_)
+    region_of_vertex = np.full(vertices, -1, np.int64)
+    on_edge = np.zeros(vertices, np.bool_)
     for t in range(facet.shape[0]):
         g = facet[t]
         if regions[g, AREA] < SMALLEST_AREA:
@@ -276,13 +277,13 @@ def _choose_samples(
             )
             region_of_vertex[v] = g
     order = falling_order(regions[:, AREA].copy())
-    sample = np.empty(count + points.shape[0], np.int64)
+    sample = np.empty(count + vertices, np.int64)
     size = 0
     for g in order:
         if largest[g] >= 0:
             sample[size] = largest[g]
             size += 1
-    for v in range(points.shape[0]):
+    for v in range(vertices):
         if on_edge[v]:
             sample[size] = -1 - v
             size += 1

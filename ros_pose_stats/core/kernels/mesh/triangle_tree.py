@@ -64,7 +64,6 @@ def triangle_tree(points: Array, triangles: Index, margins: Array) -> TriangleTr
     while size > 0:
         size -= 1
         begin, end, depth = stack[size]
-        _enclose(tree, nodes, low, high, begin, end)
         middle = begin
         if depth == 0 and 0 < fitting < count:
             middle = fitting
@@ -81,6 +80,12 @@ def triangle_tree(points: Array, triangles: Index, margins: Array) -> TriangleTr
         tree.skip[nodes] = end
         nodes += 1
     _set_skips(tree, nodes)
+    # Behind each node are its children: the first follows it, the second that one.
+    for node in range(nodes - 1, -1, -1):
+        if tree.begin[node] >= 0:
+            _enclose_leaf(tree, node, low, high)
+        else:
+            _enclose_children(tree, node)
     return tree
 
 
@@ -104,18 +109,25 @@ def _put_slivers_last(order: Index, points: Array, triangles: Index) -> int:
     return fitting
 
 
-@kernel
-def _enclose(
-    tree: TriangleTree, node: int, low: Array, high: Array, begin: int, end: int
-) -> None:
+@inlined
+def _enclose_leaf(tree: TriangleTree, node: int, low: Array, high: Array) -> None:
     for c in range(3):
-        lowest = low[tree.order[begin], c]
-        highest = high[tree.order[begin], c]
-        for k in range(begin + 1, end):
+        lowest = low[tree.order[tree.begin[node]], c]
+        highest = high[tree.order[tree.begin[node]], c]
+        for k in range(tree.begin[node] + 1, tree.end[node]):
             lowest = min(lowest, low[tree.order[k], c])
             highest = max(highest, high[tree.order[k], c])
         tree.box[node, c] = lowest
         tree.box[node, 3 + c] = highest
+
+
+@inlined
+def _enclose_children(tree: TriangleTree, node: int) -> None:
+    first = node + 1
+    second = tree.skip[first]
+    for c in range(3):
+        tree.box[node, c] = min(tree.box[first, c], tree.box[second, c])
+        tree.box[node, 3 + c] = max(tree.box[first, 3 + c], tree.box[second, 3 + c])
 
 
 @kernel
