@@ -19,7 +19,7 @@ from ..estimators.expected import expected_error
 from ..estimators.split import split
 from ..records import Array, DropScene, Index
 from ..records.scene import DEFAULT_PLATE_ERROR, DEFAULT_ROUND_SIDES, Numbering
-from ..statistics.chi_square import goodness_of_fit
+from ..statistics.chi_square import distance_chance, goodness_of_fit
 from .counts import CountedPart
 
 FEWEST_COUNTS = 50  # parts of all kinds together
@@ -42,10 +42,14 @@ UNKNOWN_SIDES = DEFAULT_ROUND_SIDES, min(ROUND_SIDES), max(ROUND_SIDES)
 """What counts without round parts say: nothing is excluded."""
 
 DEFAULT_WEIGHT = 0.5  # of the default scene beforehand
+DEFAULT_NUMBER = 0  # of the default scene among all
 
 SHARE_SCATTERS = np.array([0.03, 0.04, 0.05, 0.06, 0.08, 0.16])
 """By how much an estimated share of one half may be off on a real plate; one of p by
 sqrt(4 p (1 - p)) of that. `split` alone errs by the least."""
+
+SCATTER_STRENGTHS = 0.25 / np.square(SHARE_SCATTERS) - 1.0
+"""Of the Dirichlet distributions with these scatters: the sums of their parameters."""
 
 SCATTER_WEIGHTS = np.array([0.5, 0.25, 0.125, 0.0625, 0.03125, 0.03125])
 """Each is as likely beforehand as all that exceed it."""
@@ -57,6 +61,12 @@ INTERVAL_FALL = 2.7055
 UNTESTED_WEIGHT = 0.1
 """Parts that the error of an unknown plate counts as, beside those that a fit was
 tested on; chosen on plates that the study does not judge."""
+
+STRANGE_CHANCE = 0.01
+"""Chance at which one of the parts of a plate is said to stand out though it does not,
+at most; Bonferroni's bound over the parts."""
+
+FEWEST_TO_STAND_OUT = 3  # parts; of two that differ nobody can tell which is wrong
 
 SMALLEST_SHARE = 1e-12  # a share that was never met may still occur
 AS_DEFAULT = -1.0  # drop height of the default scene: 20 radii of each part
@@ -83,6 +93,8 @@ class PartEvidence:
     # where there are none
     left_out: Array
     left_out_error: float  # the error there
+    default_error: float  # the error in the default scene
+    chance: float  # of counts as far from what the other parts make likely
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,18 +109,51 @@ class PlateFit:
     default_weight: float  # probability that the default scene explains the counts best
     # expected root mean square error, over groups of poses, on an uncounted part
     plate_error: float
+    default_error: float  # the same of the default scene, judged by the same parts
     p_value: float  # of the counts in the fitted scene; NaN where nothing can test it
     total: int  # parts of all kinds
     parts: tuple[PartEvidence, ...]  # by digest
     seconds: float = math.nan
 
     @property
+    def is_better(self) -> bool:
+        """Whether the parts are predicted better by each other than by the default."""
+        return self.plate_error < self.default_error
+
+    @property
+    def strange_part(self) -> PartEvidence | None:
+        """The part that the others contradict beyond chance, if one does."""
+        if len({part.part_digest for part in self.parts}) < FEWEST_TO_STAND_OUT:
+            return None
+        strangest = min(self.parts, key=lambda part: part.chance)
+        if strangest.chance < STRANGE_CHANCE / len(self.parts):
+            return strangest
+        return None
+
+    @property
     def verdict(self) -> str:
-        """In words, whether the default scene does as well."""
-        quality = "as well" if self.default_weight >= DEFAULT_WEIGHT else "less well"
+        """In words, which part stands out, if one does, and whether to use the fit."""
+        strange_part = self.strange_part
+        warning = ""
+        if strange_part is not None:
+            warning = (
+                f"{strange_part.part_id} stands out, "
+                f"{text.percent(strange_part.left_out_error)} points from what the "
+                "other parts ask for: count it again or leave it out; "
+            )
+        if len({part.part_digest for part in self.parts}) == 1:
+            return (
+                f"{warning}do not use it: one part cannot tell whether the default is "
+                "as good, count another one"
+            )
+        fitted_points = text.percent(self.plate_error)
+        default_points = text.percent(self.default_error)
+        advice = "do not use it: the default is as good"
+        if self.is_better:
+            advice = "use it"
         return (
-            f"the default scene explains the counts {quality} (probability "
-            f"{self.default_weight:.2f})"
+            f"{warning}{advice} (expected error on another part {fitted_points} "
+            f"points, by the default {default_points})"
         )
 
 
@@ -140,6 +185,7 @@ class ExplainedPart:
 
     def __init__(self, counted_part: CountedPart, grid: SceneGrid) -> None:
         self.counted_part = counted_part
+        self._grid = grid
         self.group_counts = counted_part.by_group
         self.is_rolling = is_rolling_part(counted_part)
         grid_scenes = grid.scenes[1 : 1 + RESTITUTIONS.size * HEIGHTS]
@@ -187,6 +233,23 @@ class ExplainedPart:
         errors = observed - self.shares[scene_number]
         return float(np.square(errors).mean() - self.noise)
 
+    def chance_beside(self, others: "Sequence[ExplainedPart]") -> float:
+        """Chance of counts as far from what other parts make likely.
+
+        Averaged over all scenes and scatters by their probability after the others.
+        """
+        likelihood = joint_likelihood(others, self._grid)
+        weight = np.exp(likelihood - likelihood.max()) * self._grid.prior
+        weight *= SCATTER_WEIGHTS[:, None]
+        total = self.group_counts.sum()
+        distance = np.square(self.group_counts / total - self.shares).sum(axis=1)
+        # Shares that scatter by a Dirichlet distribution vary like those of fewer
+        # counts.
+        strength = SCATTER_STRENGTHS[:, None]
+        counts = total * (1.0 + strength) / (total + strength)
+        chance = distance_chance(distance, self.shares, counts)
+        return float((weight * chance).sum() / weight.sum())
+
 
 def fit_plate(counted_parts: Sequence[CountedPart]) -> PlateFit:
     """Fit restitution, drop height and what rolling loses to counts of parts.
@@ -222,10 +285,13 @@ def fit_plate(counted_parts: Sequence[CountedPart]) -> PlateFit:
         ),
         default_weight=float(weight[0]),
         plate_error=math.sqrt(_plate_square(parts, fitted_number, other_numbers)),
+        default_error=math.sqrt(
+            _plate_square(parts, fitted_number, [DEFAULT_NUMBER] * len(parts))
+        ),
         p_value=_p_value(parts, fitted_number, grid),
         total=sum(part.total for part in usable_parts),
         parts=tuple(
-            _part_evidence(part, fitted_number, other_number)
+            _part_evidence(part, parts, fitted_number, other_number)
             for part, other_number in zip(parts, other_numbers, strict=True)
         ),
         seconds=time.perf_counter() - begin,
@@ -236,12 +302,21 @@ def _scene_by_other_parts(
     part: ExplainedPart, parts: Sequence[ExplainedPart], grid: SceneGrid
 ) -> int:
     """Number of the scene that the other parts ask for; the default one without any."""
-    others = [other for other in parts if other.digest != part.digest]
+    others = _other_parts(part, parts)
     return nearest_scene(others, weigh_scenes(others, grid)[1])
 
 
+def _other_parts(
+    part: ExplainedPart, parts: Sequence[ExplainedPart]
+) -> list[ExplainedPart]:
+    return [other for other in parts if other.digest != part.digest]
+
+
 def _part_evidence(
-    part: ExplainedPart, fitted_number: int, other_number: int
+    part: ExplainedPart,
+    parts: Sequence[ExplainedPart],
+    fitted_number: int,
+    other_number: int,
 ) -> PartEvidence:
     """What a part says, given the fitted scene and the one of the other parts."""
     counted_part = part.counted_part
@@ -260,6 +335,8 @@ def _part_evidence(
         numbering=counted_part.numbering,
         left_out=(part.shares[other_number] / np.bincount(group))[group],
         left_out_error=math.sqrt(max(part.square_error(other_number), 0.0)),
+        default_error=math.sqrt(max(part.square_error(DEFAULT_NUMBER), 0.0)),
+        chance=part.chance_beside(_other_parts(part, parts)),
     )
 
 
@@ -346,13 +423,18 @@ def weigh_scenes(
     parts: Sequence[ExplainedPart], grid: SceneGrid
 ) -> tuple[Array, Array]:
     """Log likelihood (n,) of all parts together, and the scenes' probabilities."""
-    likelihood = sum(
-        (part.likelihood for part in parts),
-        np.zeros((SHARE_SCATTERS.size, grid.prior.size)),
-    )
+    likelihood = joint_likelihood(parts, grid)
     logarithm = np.asarray(logsumexp(likelihood, axis=0, b=SCATTER_WEIGHTS[:, None]))
     weight = grid.prior * np.exp(logarithm - logarithm.max())
     return logarithm, weight / weight.sum()
+
+
+def joint_likelihood(parts: Sequence[ExplainedPart], grid: SceneGrid) -> Array:
+    """Log likelihood (S, n) of all parts together, by scatter and scene."""
+    return sum(
+        (part.likelihood for part in parts),
+        np.zeros((SHARE_SCATTERS.size, grid.prior.size)),
+    )
 
 
 def nearest_scene(parts: Sequence[ExplainedPart], weight: Array) -> int:
@@ -422,7 +504,7 @@ def log_likelihood(counts: Index, shares: Array) -> Array:
     is_counted = counts > 0
     count = counts[is_counted].astype(np.float64)
     expected = np.maximum(shares[:, is_counted], SMALLEST_SHARE)
-    total = 0.25 / np.square(SHARE_SCATTERS)[:, None, None] - 1.0
+    total = SCATTER_STRENGTHS[:, None, None]
     alpha = expected * total
     normalization = gammaln(total + count.sum()) - gammaln(total)
     return np.asarray(

@@ -250,7 +250,9 @@ def report(
     `part`: to describe its mesh, too; `explain`: whether to say why the method was
     chosen.
     """
-    probabilities = probability_columns(groups, with_counts=statistics.drops > 0)
+    counts = "counted" if statistics.counted_parts else "drops"
+    has_counts = bool(statistics.drops or statistics.counted_parts)
+    probabilities = probability_columns(groups, counts if has_counts else "")
     lines = [
         heading(statistics, part),
         "",
@@ -293,13 +295,16 @@ def _method(statistics: PoseStatistics) -> str:
         f"cluster tolerance {statistics.cluster_tolerance:g}, "
     )
     largest = 100.0 * statistics.largest_error
-    digits = 2 if statistics.drops else 1
+    digits = 2 if statistics.drops or statistics.counted_parts else 1
     error = "error not known"
     if not math.isnan(statistics.expected_error):
         error = (
             f"expected error {100.0 * statistics.expected_error:.{digits}f} points "
             f"(one pose: {largest:.{digits}f})"
         )
+    if statistics.counted_parts:
+        counted = several(statistics.counted_parts, "part")
+        return f"{counted} counted on the plate,\n{method}{error} against the plate"
     if not statistics.drops:
         return (
             f"{method}{error} against drops at restitution {statistics.restitution:g}"
@@ -403,9 +408,12 @@ def pose_table(
 
 
 def probability_columns(
-    groups: Sequence[PoseGroup], *, with_counts: bool
+    groups: Sequence[PoseGroup], counts: str = ""
 ) -> list[FilledColumn]:
-    """Probabilities of the listed groups, their intervals, and counts."""
+    """Probabilities of the listed groups, their intervals, and counts.
+
+    `counts`: the head of their column; empty where nothing was counted.
+    """
     listed = listed_groups(groups)
     return [
         FilledColumn(
@@ -423,8 +431,8 @@ def probability_columns(
             ],
         ),
         FilledColumn(
-            Column("drops"),
-            [str(group.count) if with_counts else UNKNOWN for group in listed],
+            Column(counts),
+            [str(group.count) if counts else UNKNOWN for group in listed],
         ),
     ]
 

@@ -37,6 +37,39 @@ class ChiSquare:
         return self.degrees_of_freedom == 0
 
 
+SMALLEST_EXPECTED_SHARE = 1e-4  # the sum of squares hardly feels a rarer one
+
+
+def distance_chance(square: Array, shares: Array, counts: ArrayLike) -> Array:
+    """Chance of shares that lie as far or farther from the expected ones.
+
+    Parameters
+    ----------
+    square : array
+        Sums of the squares of the differences.
+    shares : array (..., G)
+        Expected.
+    counts : array
+        As many as whose shares scatter so.
+
+    Returns
+    -------
+    array
+        By a gamma distribution with the moments of the sum (Satterthwaite, 1946).
+    """
+    expected = np.maximum(shares, SMALLEST_EXPECTED_SHARE)
+    expected = expected / expected.sum(axis=-1, keepdims=True)
+    second = np.square(expected).sum(axis=-1)
+    third = (expected**3).sum(axis=-1)
+    mean = 1.0 - second  # of the sum, times the counts
+    half_variance = second - 2.0 * third + np.square(second)
+    return np.asarray(
+        chdtrc(
+            mean**2 / half_variance, square * np.asarray(counts) * mean / half_variance
+        )
+    )
+
+
 def goodness_of_fit(
     counts: ArrayLike,
     probabilities: ArrayLike,

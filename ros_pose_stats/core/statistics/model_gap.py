@@ -1,18 +1,22 @@
 """How far what cameras counted is from a prediction: one rule for node and bags."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from ...base import text
-from ..records import Array, Index
-from .chi_square import ChiSquare, goodness_of_fit, homogeneity
+from ..records import Array, Index, PoseStatistics
+from .chi_square import ChiSquare, distance_chance, goodness_of_fit, homogeneity
 from .errors import root_mean_square
 
 BEYOND_CHANCE = 0.001
 """Chance below which counts are beyond what chance and a prediction's own error
 explain."""
+
+REFUTED = 0.05
+"""Chance below which counts refute the model enough to be worth more than it alone."""
 
 USUAL_ERRORS = 2.0
 """Errors of a plate, or of a prediction on it, up to which a difference is nothing
@@ -106,6 +110,19 @@ def share_errors(
     if np.isfinite(standard_error).all() or not spread.sum() > 0.0:
         return standard_error
     return np.asarray(expected_error * np.sqrt(spread * spread.size / spread.sum()))
+
+
+def describe_use(statistics: PoseStatistics) -> str:
+    """Whether an observed answer says more than the model alone; empty for others."""
+    if not statistics.counted_parts or math.isnan(statistics.model_gap):
+        return ""
+    probability = np.array([pose.probability for pose in statistics.poses])
+    square = np.array(probability.size * statistics.model_gap**2)
+    chance = distance_chance(square, probability, statistics.counted_parts)
+    gap = f"{_points(statistics.model_gap)} between it and what was counted"
+    if chance < REFUTED:
+        return f"use it: the default is refuted, chance does not explain the {gap}"
+    return f"do not use it: the default is as good, chance explains the {gap}"
 
 
 def _points(error: float) -> str:

@@ -100,7 +100,12 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print_json(plate, file, plate_fit, notes)
     else:
-        lines = [*plate_table(plate, plate_fit), "", f"wrote {file}"]
+        lines = [
+            *plate_table(plate, plate_fit),
+            "",
+            f"wrote {file}",
+            *plate_fit.verdict.split("; "),
+        ]
         print(*map(printable, lines), sep="\n")  # bags and tables name the parts
     return 0
 
@@ -115,7 +120,12 @@ def print_json(
             **plate.as_dict(),
             "file": str(file),
             "seconds": plate_fit.seconds,
+            "use": plate_fit.is_better,
+            "stands_out": None
+            if plate_fit.strange_part is None
+            else plate_fit.strange_part.part_id,
             "verdict": plate_fit.verdict,
+            "default_error": plate_fit.default_error,
             "evidence": [
                 {
                     "part_id": part.part_id,
@@ -129,6 +139,8 @@ def print_json(
                     ],
                     "error": part.error,
                     "left_out_error": part.left_out_error,
+                    "default_error": part.default_error,
+                    "chance": part.chance,
                 }
                 for part in plate_fit.parts
             ],
@@ -180,6 +192,7 @@ def plate_table(plate: "PlateProfile", plate_fit: "PlateFit") -> list[str]:
         Column("counted"),
         Column("error", "points"),
         Column("if left out", "points"),
+        Column("by default", "points"),
     ]
     rows = [
         [
@@ -187,6 +200,7 @@ def plate_table(plate: "PlateProfile", plate_fit: "PlateFit") -> list[str]:
             str(part.total),
             percent(part.error),
             percent(part.left_out_error),
+            percent(part.default_error),
         ]
         for part in plate_fit.parts
     ]
@@ -211,13 +225,12 @@ def plate_table(plate: "PlateProfile", plate_fit: "PlateFit") -> list[str]:
         test = f"p-value {plate_fit.p_value:.2g}"
     return [
         *lines,
-        plate_fit.verdict,
-        f"expected error on another part: {percent(plate_fit.plate_error)} points; "
-        f"{test}",
+        f"expected error on another part: {percent(plate_fit.plate_error)} points, by "
+        f"the default {percent(plate_fit.default_error)}; {test}",
         "",
         *columns(heads, rows),
-        "error: of the part's shares in this scene, and in the one that the others ask "
-        "for",
+        "error: of the part's shares in this scene, in the one that the others ask for, "
+        "and in the default one",
     ]
 
 

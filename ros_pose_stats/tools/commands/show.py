@@ -72,7 +72,9 @@ def parts_table(results: "Sequence[PoseStatistics]") -> list[str]:
         text.Column("most probable", "pose: %", left=True),
         text.Column("method", left=True),
         text.Column("drops"),
+        text.Column("counted"),
         text.Column("error", "points"),
+        text.Column("against", left=True),
     ]
     rows = [
         (
@@ -80,8 +82,10 @@ def parts_table(results: "Sequence[PoseStatistics]") -> list[str]:
             str(len(statistics.poses)),
             text.most_probable(statistics.poses) or "forgotten",
             statistics.method,
-            str(statistics.counted_parts or statistics.drops),
+            str(statistics.drops or "-"),
+            str(statistics.counted_parts or "-"),
             text.percent(statistics.expected_error),
+            "the plate" if statistics.counted_parts else "drops",
         )
         for statistics in results
     ]

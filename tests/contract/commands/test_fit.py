@@ -2,6 +2,7 @@
 tested with the library's plates.
 """
 
+import re
 from array import array
 
 import pytest
@@ -75,6 +76,7 @@ def test_a_bag_gives_the_counts_of_its_parts_on_the_plate(bag, tmp_path):
     assert outcome.returncode == 0, outcome.stderr
     assert outcome.stdout.splitlines()[0] == "plate glass, from 600 counts of 2 parts"
     assert f"wrote {file}" in outcome.stdout
+    assert re.match("(do not )?use it", outcome.stdout.splitlines()[-1])
     assert "10 counts of ?[2Jlost left out: its mesh is not in the bags" in (
         outcome.stderr
     )

@@ -75,6 +75,36 @@ def test_the_scene_of_a_plate_is_found(fitted):
     assert fit["p_value"] > 0.5 and 0.0 < fit["plate_error"] < 0.05
     assert abs(fit["counted"] - 1200) < 4 and sorted(fit["parts"]) == ["a", "c"]
     assert fit["default_weight"] < 0.5
+    assert (
+        fit["stands_out"] is None
+        and fit["use"]
+        and fit["verdict"].startswith("use it (expected error on another")
+    )
+
+
+def test_a_fit_that_is_no_better_is_not_to_be_used(folder):
+    fit_ = fit(table_of(folder, "ac", 600, 0.5, None))
+    assert not fit_["use"] and fit_["plate_error"] >= fit_["default_error"]
+    assert fit_["verdict"].startswith("do not use it: the default is as good")
+
+
+def test_a_part_that_was_counted_wrongly_stands_out(folder):
+    """The counts of a box are entered under the numbers of poses in turned order."""
+    table = table_of(folder, "abc", 600, RESTITUTION, HEIGHT)
+    rows = [line.split(",") for line in table.read_text().splitlines()]
+    counts = [count for name, _, count in rows if name == "a.stl"]
+    turned = iter(counts[::-1])
+    wrong = folder / "wrong.csv"
+    wrong.write_text(
+        "\n".join(
+            f"{name},{pose},{next(turned) if name == 'a.stl' else count}"
+            for name, pose, count in rows
+        )
+    )
+    fit_ = fit(wrong)
+    assert fit_["stands_out"] == "a" and fit_["verdict"].startswith("a stands out, ")
+    errors = {part["part_id"]: part["left_out_error"] for part in fit_["evidence"]}
+    assert errors["a"] == max(errors.values()) > 0.1
 
 
 def test_the_order_of_counts_says_nothing_and_a_unit_is_guessed(folder, fitted):

@@ -353,7 +353,9 @@ def report_table(
 ) -> str:
     """A method's answer, each pose by itself or those that are alike together."""
     from ....core.records.statistics import report
+    from ....core.statistics.model_gap import describe_use
     from ....core.statistics.pose_groups import list_poses
 
     poses = list_poses(statistics, each_pose)
-    return report(statistics, poses, part, explain=explain)
+    table = report(statistics, poses, part, explain=explain)
+    return "\n".join([table, describe_use(statistics)]).rstrip()
