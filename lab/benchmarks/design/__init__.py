@@ -1,1 +1,1 @@
-"""How right the derivatives of `ros_pose_stats.tools.design` are, against drops."""
+"""How right estimated and told gains of changes are, against drops."""

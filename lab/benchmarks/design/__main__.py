@@ -1,11 +1,21 @@
-"""Judges derivatives by drops: `python -m lab.benchmarks.design [--write]`."""
+"""Judges estimated and told gains by drops: `python -m lab.benchmarks.design [--write]`.
+
+Some half an hour; `--quick`, two minutes.
+"""
 
 from ..program import benchmark_parser, run_benchmark
-from .sections import PAGE, derivatives
+from .sections import PAGE, derivatives_section, gains_section
 
 if __name__ == "__main__":
     run_benchmark(
-        benchmark_parser("lab.benchmarks.design", __doc__ or ""),
-        lambda _: [derivatives()],
+        benchmark_parser(
+            "lab.benchmarks.design",
+            __doc__ or "",
+            quick="the demo parts alone, judged by a quarter of the drops",
+        ),
+        lambda options: [
+            gains_section(options.quick),
+            derivatives_section(options.quick),
+        ],
         PAGE,
     )

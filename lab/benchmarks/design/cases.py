@@ -13,7 +13,7 @@ from ros_pose_stats.core.mesh.parts import part_from_mesh, shift_center
 from ros_pose_stats.core.records import DropScene, Part
 from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
 from ros_pose_stats.tools.design.changes import DesignSpace
-from ros_pose_stats.tools.design.shares import WantedShare
+from ros_pose_stats.tools.design.shares import GoalModel
 
 SEED = 2024
 INSERT = "prisms with an insert"
@@ -33,7 +33,7 @@ class Case(NamedTuple):
     family: str
     number: int
     space: DesignSpace
-    model: WantedShare
+    model: GoalModel
     restitution: float
     draw: np.random.Generator
 
@@ -70,7 +70,7 @@ def make_case(family: str, number: int) -> Case:
     )
     wanted_poses = tuple(groups[candidates[int(draw.integers(len(candidates)))]])
     return Case(
-        family, number, space, WantedShare(space, wanted_poses), restitution, draw
+        family, number, space, GoalModel(space, wanted_poses), restitution, draw
     )
 
 

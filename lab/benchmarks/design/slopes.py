@@ -1,13 +1,14 @@
 """Estimated against dropped changes of the wanted share, one feature at a time."""
 
 import time
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ros_pose_stats.base.errors import MeshError
+from ros_pose_stats.core.records import Index
 from ros_pose_stats.tools.design.changes import ChangedPart
-from ros_pose_stats.tools.design.paired_drops import paired_difference
 from ros_pose_stats.tools.design.sensitivity import STEP, effect_error
 
 from .cases import Case
@@ -67,7 +68,7 @@ def measure_slopes(case: Case) -> list[Slope]:
             continue
         opposite, change = (model.estimate(variant) - share for variant in pair)
         slope = 0.5 * (change - opposite)
-        measured = paired_difference(*model.drop(pair, drops, case.number, WORKERS))
+        measured = model.goal.gain(*drop_classes(case, pair, drops, case.number))
         slopes.append(
             Slope(
                 case.family,
@@ -83,10 +84,19 @@ def measure_slopes(case: Case) -> list[Slope]:
     return slopes
 
 
+def drop_classes(
+    case: Case, parts: Sequence[ChangedPart], drops: int, seed: int
+) -> Index:
+    """Classes of poses (V, n) in which changed parts come to rest."""
+    pairs = case.model.pair_drops(parts, seed, WORKERS)
+    pairs.drop_until(drops)
+    return case.model.classes(pairs, parts)
+
+
 def _affordable(case: Case, base: ChangedPart, variants: int) -> int:
     """Drops of each variant that fit in the time; rolling parts are slow."""
     trial = 50
     begin = time.process_time()
-    case.model.drop([base], trial, 0, WORKERS)
+    drop_classes(case, [base], trial, 0)
     seconds = (time.process_time() - begin) / trial
     return int(min(MOST_DROPS, max(FEWEST_DROPS, SECONDS / (variants * seconds))))

@@ -1,12 +1,13 @@
-"""`sensitivity PART --wanted I...`: which change of a part feeds better."""
+"""`sensitivity PART --wanted I...`: which change makes a part rest as wanted."""
 
 import argparse
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...base.errors import RequestError
 from ...base.files import write_file
-from ...base.text import Column, columns, name_poses, points, several
+from ...base.text import Column, columns, name_poses, points, ranges
 from ...core.records.notes import note_lines
 from ...core.records.scene import describe_scene
 from .terminal import arguments, running
@@ -22,20 +23,32 @@ def register(commands: arguments.Commands) -> None:
     command = commands.add_parser(
         "sensitivity",
         help="which change of a part feeds better, and by how much",
-        description="Estimate how the share of the wanted poses changes with the "
-        "centre of mass, with stretching, and with each resting face moved in or out, "
-        "and check the best changes by drops of the part before and after from the "
-        "same starts. With --suggest it combines up to three changes within a bound.",
+        description="Estimate how the share of the wanted poses, or how near all "
+        "shares are to wanted ones, changes with the centre of mass, with stretching, "
+        "and with each resting face moved in or out; and drop the part before and "
+        "after the best changes from the same starts, which tells what gains. With "
+        "--suggest it combines up to three changes within a bound.",
         examples=(
             "ros_pose_stats sensitivity demo/clamp.stl --unit mm --wanted 0 "
             "--png sensitivity.png",
             "ros_pose_stats sensitivity demo/clamp.stl --unit mm --wanted 0 --suggest "
             "--within 1mm --stl changed.stl",
+            "ros_pose_stats sensitivity demo/clamp.stl --unit mm "
+            "--target 0=1/3 1=1/3 2-6=1/3",
         ),
         run=run,
     )
     arguments.add_part(command, *arguments.POSE_OPTIONS)
-    arguments.add_options(command, "--wanted", required=True)
+    goals = command.add_mutually_exclusive_group(required=True)
+    goals.add_argument("--wanted", **arguments.OPTIONS["--wanted"])
+    goals.add_argument(
+        "--target",
+        type=read_wanted_share,
+        nargs="+",
+        metavar="I=SHARE",
+        help="the wanted share of each pose, or of several together, in place of one "
+        "sum, for instance 0=50%% 1,2=30%% 3-5=20%%; all poses have one",
+    )
     command.add_argument(
         "--step",
         type=arguments.read_length,
@@ -46,16 +59,16 @@ def register(commands: arguments.Commands) -> None:
     command.add_argument(
         "--checks",
         type=arguments.read_count,
-        default=5,
+        default=8,
         metavar="N",
-        help="changes that are checked by drops, those that raise the share most "
+        help="changes that are checked by drops, those that gain most by estimate "
         "(default: %(default)s)",
     )
     command.add_argument(
         "--suggest",
         action="store_true",
-        help="combine up to three changes within a bound so that the share "
-        "rises; a symmetric part stays symmetric",
+        help="combine up to three changes within a bound that gain most; a symmetric "
+        "part stays symmetric",
     )
     command.add_argument(
         "--within",
@@ -77,12 +90,28 @@ def register(commands: arguments.Commands) -> None:
     arguments.add_options(
         command,
         "--drops",
-        default=2000,
-        help="drops of each part (default: %(default)s)",
+        default=20_000,
+        help="the most drops of each part; they end where all gains are known to 1.5 "
+        "points (default: %(default)s)",
     )
     arguments.add_options(
         command, *arguments.SCENE_OPTIONS, "--seed", "--workers", "--json"
     )
+
+
+def read_wanted_share(text: str) -> tuple[tuple[int, ...], float]:
+    """Poses and the share that is wanted of them together: 0,1=30%, 2=1/3, 3-5=0.2."""
+    poses, _, share = text.partition("=")
+    number = share.strip()
+    try:
+        fraction = float(Fraction(number.removesuffix("%")))
+        if number.endswith("%"):
+            fraction *= 0.01
+        return tuple(arguments.read_indices(poses)), fraction
+    except (argparse.ArgumentTypeError, ValueError, ZeroDivisionError, OverflowError):
+        raise arguments.refusal(
+            "poses and their share, for instance 0,1=30% or 2=1/3", text
+        ) from None
 
 
 def run(options: argparse.Namespace) -> int:
@@ -103,6 +132,7 @@ def run(options: argparse.Namespace) -> int:
         "workers": options.workers,
         "drops": options.drops,
     }
+    wanted = dict(options.target) if options.target else options.wanted
     suggestion = None
     with (
         running.stop_on_interrupt() as is_interrupted,
@@ -110,7 +140,7 @@ def run(options: argparse.Namespace) -> int:
     ):
         effects = sensitivity(
             part,
-            options.wanted,
+            wanted,
             step=options.step,
             checks=options.checks,
             seed=options.seed,
@@ -123,7 +153,7 @@ def run(options: argparse.Namespace) -> int:
         if options.suggest and not is_interrupted():
             suggestion = suggest.suggest(
                 part,
-                options.wanted,
+                wanted,
                 options.within,
                 seed=effects.seed,
                 on_progress=lambda share: bar.draw(
@@ -145,7 +175,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def check_options(options: argparse.Namespace) -> None:
-    """Refuse --suggest without a bound, and what goes with it alone."""
+    """Refuse --suggest without a bound, what goes with it alone, and poses twice."""
     if not options.suggest and (options.within is not None or options.stl is not None):
         raise RequestError(
             "--suggest with --within and --stl", "none of it", "add --suggest"
@@ -155,6 +185,10 @@ def check_options(options: argparse.Namespace) -> None:
             "--within with --suggest",
             "no bound",
             "give how far the outline may move, for instance --within 1mm",
+        )
+    if options.target and len(dict(options.target)) < len(options.target):
+        raise RequestError(
+            "one --target for each pose", "the same poses twice", "name each pose once"
         )
 
 
@@ -181,22 +215,20 @@ def write_files(
     return written_files
 
 
-MOST_ROWS = 30
-
-
 def sensitivity_table(sensitivity: "Sensitivity") -> list[str]:
-    """Lines: what gains most, the share as it is, and the steps that gain."""
+    """Lines: what gains most, the share as it is, and the checked steps."""
     from ..design import describe
 
     scene = sensitivity.scene
     lines = [
         sensitivity.describe_gain(),
-        f"{sensitivity.space.part.part_id}: wanted {name_poses(sensitivity.wanted)}: "
-        f"{bounded_percent(sensitivity.accepted)} by {sensitivity.method}, in brackets "
+        f"{sensitivity.space.part.part_id}: {sensitivity.describe_goal()}, in brackets "
         "90 % intervals",
         describe_scene(scene.restitution, scene.drop_height),
     ]
-    if sensitivity.best:
+    if sensitivity.goal.has_shares:
+        lines += ["", *target_table(sensitivity)]
+    if sensitivity.checked:
         lines += ["", *effects_table(sensitivity)]
     return [
         *lines,
@@ -208,56 +240,62 @@ def sensitivity_table(sensitivity: "Sensitivity") -> list[str]:
     ]
 
 
+def target_table(sensitivity: "Sensitivity") -> list[str]:
+    """Lines: wanted and estimated shares, a class of poses each."""
+    goal = sensitivity.goal
+    heads = [
+        Column("poses", left=True),
+        Column("wanted", "%"),
+        Column("by estimate", "%"),
+    ]
+    rows = [
+        [
+            ranges(goal.poses(number)),
+            f"{100.0 * goal.shares[number]:.1f}",
+            f"{100.0 * sensitivity.class_shares[number]:.1f}",
+        ]
+        for number in range(1, goal.shares.size)
+    ]
+    return columns(heads, rows)
+
+
 def effects_table(sensitivity: "Sensitivity") -> list[str]:
-    """Lines: the steps that gain, a row each, and how they were checked."""
+    """Lines: the checked steps, a row each, and how they were checked."""
     heads = [
         Column("step", left=True),
         Column("alike"),
-        Column("gain", "points"),
-        Column("error", "points"),
         Column("by drops", "points"),
         Column("90 %", "points"),
-        Column("slope"),
+        Column("by estimate", "points"),
         Column("", left=True),
     ]
-    effects = sensitivity.best
-    rows = [effect_cells(sensitivity, effect) for effect in effects[:MOST_ROWS]]
-    lines = [
-        "what a step gains, where that is more than its own error, the most first",
-        *columns(heads, rows),
+    rows = [
+        effect_cells(sensitivity, effect, check)
+        for effect, check in sensitivity.checked
     ]
-    if len(effects) > MOST_ROWS:
-        lines.append(f"... and {several(len(effects) - MOST_ROWS, 'smaller gain')}")
-    if sensitivity.checked:
-        lines.append(
-            f"checks: {sensitivity.drops} drops of the part before and after from the "
-            f"same starts, others for each, seed {sensitivity.seed}"
-        )
-    else:
-        lines.append("no step was checked by drops")
-    return lines
+    return [
+        "what a step gains by drops, the most first",
+        *columns(heads, rows),
+        f"{sensitivity.drops} drops of the part before and after from the same starts, "
+        f"seed {sensitivity.seed}; the intervals hold together",
+    ]
 
 
-def effect_cells(sensitivity: "Sensitivity", effect: "Effect") -> list[str]:
-    """The cells of a row: a step, its gain by estimate and by drops, and remarks."""
+def effect_cells(
+    sensitivity: "Sensitivity", effect: "Effect", check: "PairedDifference"
+) -> list[str]:
+    """The cells of a row: a step, its gain by drops and by estimate, and remarks."""
     from ..design import describe
 
-    unit_step, unit = (0.1, "mm") if effect.feature.is_length else (1.0, "%")
-    remarks = [f"points per {unit}"]
-    if effect.contradicted:
-        remarks.append(describe.CONTRADICTED)
+    remarks = [effect.remark] if effect.remark else []
     if effect.lost:
         remarks.append(f"gone: {name_poses(effect.lost)}")
-    check_cells = ("-", "-")
-    if effect.check is not None:
-        check_cells = points(effect.check.value), points_interval(effect.check)
     return [
         describe.name_step(sensitivity.space, effect.number, effect.step),
         str(len(effect.alike)),
+        points(check.value),
+        points_interval(check),
         points(effect.change),
-        f"{100.0 * effect.error * abs(effect.step):.1f}",
-        *check_cells,
-        f"{round(unit_step * effect.slope, 2) + 0.0:+.2f}",
         ", ".join(remarks),
     ]
 
@@ -268,19 +306,19 @@ def suggestion_table(suggestion: "Suggestion") -> list[str]:
 
     bound = f"{1e3 * suggestion.within:g} mm"
     if not suggestion.steps:
-        return [f"suggestion: no change within {bound} raises the estimate"]
+        return [f"suggestion: drops show no gain of any change within {bound}"]
     heads = [
         Column("step", left=True),
-        Column("gain", "points"),
         Column("by drops", "points"),
         Column("90 %", "points"),
+        Column("by estimate", "points"),
     ]
     rows = [
         [
             describe.name_moves(suggestion.space, step.moves),
-            points(step.estimated),
             points(step.gain.value),
             points_interval(step.gain),
+            points(step.estimated),
         ]
         for step in suggestion.steps
     ]
@@ -296,8 +334,8 @@ def suggestion_table(suggestion: "Suggestion") -> list[str]:
     return [
         *lines,
         f"by {suggestion.drops} drops of the part as it is and after each step, seed "
-        f"{suggestion.seed}, that had no say in the choice; the estimate chose and so "
-        "flatters it",
+        f"{suggestion.seed}, that had no say in the choice; the intervals hold "
+        "together",
         f"the outline moves by {1e3 * suggestion.outline:.3f} mm, the centre of mass "
         f"by {1e3 * suggestion.center_shift:.3f} mm",
         "",

@@ -7,6 +7,7 @@ from ...core.kernels.features.motions import candidate_motions
 from ...core.records import Array, Index, Mask
 from ...core.resting import symmetry
 from . import changes
+from .goal import Goal
 
 PLACE_TOLERANCE = 1e-3
 """Features that a rotation leaves this far apart, in radii, are not the same."""
@@ -34,30 +35,37 @@ def feature_images(space: changes.DesignSpace) -> tuple[Array, Index]:
     return np.array(kept_rotations), np.array(images)
 
 
-def first_equivalents(space: changes.DesignSpace, is_wanted: Mask) -> Index:
-    """First feature (n,) of those that change the share of wanted poses alike.
-
-    `is_wanted` (P,).
-    """
+def first_equivalents(space: changes.DesignSpace, goal: Goal) -> Index:
+    """First feature (n,) of those that change how far the goal is met alike."""
     rotations, images = feature_images(space)
+    # They are a group, so these are whole orbits.
+    return np.asarray(images[_keeping_rotations(space, rotations, goal)].min(axis=0))
+
+
+def _keeping_rotations(
+    space: changes.DesignSpace, rotations: Array, goal: Goal
+) -> Mask:
+    """Which rotations (k,) of the part leave a goal as it is."""
     downs = space.resting.downs
     cosine = (downs @ rotations.transpose(0, 2, 1)) @ downs.T
-    keeps_share = (
-        (cosine.max(axis=2) > DOWN_COSINE)
-        & (is_wanted[cosine.argmax(axis=2)] == is_wanted)
-    ).all(axis=1)
-    # They are a group, so these are whole orbits.
-    return np.asarray(images[keeps_share].min(axis=0))
+    is_symmetric = (cosine.max(axis=2) > DOWN_COSINE).all(axis=1)
+    is_kept = [goal.is_kept(images) for images in cosine.argmax(axis=2)]
+    return np.asarray(is_symmetric & is_kept)
 
 
-def symmetric_steps(space: changes.DesignSpace, length: float) -> Array:
+def symmetric_steps(space: changes.DesignSpace, length: float, goal: Goal) -> Array:
     """Steps (t, n) of the features that leave the part as symmetric as it is.
 
-    `length`: how far each moves the outline, metres.
+    Where shares are wanted of poses that are alike, it is left as symmetric as these
+    are. `length`: how far each moves the outline, metres.
 
     Each is the mean of what all rotations make of one feature.
     """
     rotations, images = feature_images(space)
+    if goal.has_shares:
+        is_kept = _keeping_rotations(space, rotations, goal)
+        rotations = rotations[is_kept]
+        images = images[is_kept]
     count = len(space.features)
     order = len(rotations)
     mean = np.zeros((count, count))

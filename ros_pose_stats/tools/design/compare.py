@@ -30,7 +30,6 @@ from ...core.simulation.request import SEEDS, drop_request
 from ...core.simulation.simulate import counted_statistics
 from ...core.statistics import feeding, pose_groups
 from . import comparison, correspondence, describe, paired_drops
-from .shares import count_share
 
 FIRST_LOOK = 1250
 """Drops of each variant before the first look; each look has twice as many as the one
@@ -293,8 +292,8 @@ class _ShareTests(NamedTuple):
         is_round = any(pairs.resting[variant].body.runs for variant in (0, number))
         # A variant that has no such pose never comes to rest in it.
         return comparison.ShareDifference(
-            count_share(is_in_first) if poses.first else NO_SHARE,
-            count_share(is_in_second) if poses.second else NO_SHARE,
+            paired_drops.count_share(is_in_first) if poses.first else NO_SHARE,
+            paired_drops.count_share(is_in_second) if poses.second else NO_SHARE,
             difference,
             EXPORT_ERROR if is_round else 0.0,
             min(

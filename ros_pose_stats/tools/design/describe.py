@@ -17,6 +17,7 @@ JUDGED = (
 )
 
 CONTRADICTED = "drops contradict the estimate"
+UNSURE = "not sure"
 
 
 def name_step(space: changes.DesignSpace, number: int, step: float) -> str:

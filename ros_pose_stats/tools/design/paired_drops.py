@@ -19,7 +19,8 @@ from ...core.mesh.vectors import turn_vectors
 from ...core.records import Array, DropScene, Mask, Part
 from ...core.resting.poses import poses_in
 from ...core.simulation import chunks, drop_body, drops as motions
-from ...core.statistics.errors import DEFAULT_LEVEL
+from ...core.statistics import feeding
+from ...core.statistics.errors import DEFAULT_LEVEL, jeffreys_interval
 
 NO_OUTCOMES = np.zeros((2, 0), dtype=np.int64)
 
@@ -29,8 +30,7 @@ class PairedDrops:
 
     All are released at the height of the scene, or at 20 radii of the first, whose
     drops are those of `simulate`. `workers`: threads; `turns`: for each the rotation
-    from the first one's frame to its own, None where these are equal; `first`: drops of
-    the seed that are passed over.
+    from the first one's frame to its own, None where these are equal.
     """
 
     def __init__(
@@ -41,7 +41,6 @@ class PairedDrops:
         workers: int,
         should_stop: Callable[[], bool],
         turns: Sequence[Array | None] = (),
-        first: int = 0,
     ) -> None:
         self.parts = parts
         self.seed = seed
@@ -56,7 +55,6 @@ class PairedDrops:
         self.outcome = np.zeros((len(parts), 0), dtype=np.int64)
         self.touched = self.outcome
         self._turns = turns or (None,) * len(parts)
-        self._first_drop = first
 
     @property
     def drops(self) -> int:
@@ -103,7 +101,7 @@ class PairedDrops:
         body = drop_body.drop_body(self.parts[variant], self.scene)
         turn = self._turns[variant]
         rules = motions.drop_rules(self.scene, body.radius)
-        begin = self._first_drop + self.drops
+        begin = self.drops
 
         def drop(first: int, count: int) -> motions.DropOutcomes:
             starts = motions.release_directions(
@@ -118,12 +116,20 @@ class PairedDrops:
         ).outcomes_in_order()
 
 
+def count_share(happened: Mask) -> feeding.Bounded:
+    """How often something happened, with its 90 % interval."""
+    count = int(happened.sum())
+    total = happened.size
+    low, high = jeffreys_interval(count, total)
+    return feeding.Bounded(count / total if total else 0.0, float(low), float(high))
+
+
 class PairedDifference(NamedTuple):
     """How much more often one thing happened than another in the same trials."""
 
     value: float  # share of the second less that of the first; NaN without trials
     standard_error: float  # of the value
-    low: float  # 90 % interval of the difference, for this one by itself
+    low: float  # interval of the difference
     high: float
     gained: int  # trials in which only the second happened, and only the first
     lost: int
@@ -133,29 +139,42 @@ class PairedDifference(NamedTuple):
     p_value: float
 
 
-def paired_difference(first: Mask, second: Mask) -> PairedDifference:
+def paired_difference(
+    first: Mask,
+    second: Mask,
+    level: float = DEFAULT_LEVEL,
+    offset: float = 0.0,
+    variance: float = 0.0,
+) -> PairedDifference:
     """Compare how often two things happened in the same trials (n,).
 
-    The 90 % interval is that of Agresti and Min, "Simple improved confidence intervals
-    for comparing matched proportions", Statistics in Medicine 24 (2005): half a trial
-    of each kind is added.
+    The interval, of confidence `level`, is that of Agresti and Min, "Simple improved
+    confidence intervals for comparing matched proportions", Statistics in Medicine 24
+    (2005): half a trial of each kind is added. `offset` and `variance` are added to the
+    difference and to its variance; with them the chance is that of a normal distribution.
     """
     gained = int((second & ~first).sum())
     lost = int((first & ~second).sum())
     if first.size == 0:
         return PairedDifference(math.nan, math.nan, -1.0, 1.0, 0, 0, 0, 1.0)
-    z = -float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL)))
-    value, error = _difference_and_error(gained, lost, first.size)
+    z = -float(ndtri(0.5 * (1.0 - level)))
+    share, error = _difference_and_error(gained, lost, first.size)
     middle, spread = _difference_and_error(gained + 0.5, lost + 0.5, first.size + 2.0)
+    value = share + offset
+    error = math.hypot(error, math.sqrt(variance))
+    spread = math.hypot(spread, math.sqrt(variance))
+    chance = chance_of_split(gained, lost)
+    if offset or variance:
+        chance = math.erfc(abs(value) / (spread * math.sqrt(2.0)))
     return PairedDifference(
         value,
         error,
-        max(-1.0, middle - z * spread),
-        min(1.0, middle + z * spread),
+        max(-1.0, middle + offset - z * spread),
+        min(1.0, middle + offset + z * spread),
         gained,
         lost,
         first.size,
-        chance_of_split(gained, lost),
+        chance,
     )
 
 

@@ -1,12 +1,13 @@
-"""How the share of wanted poses changes with each thing that can be changed on a part.
+"""Which changes of a part bring it nearer to its goal, one at a time.
 
-Derivatives come from the fast estimator, fitted over steps to both sides; those that
-matter most are checked by drops of the part before and after from the same starts.
+The fast estimator finds what is worth a try, by steps to both sides. Drops of the part
+before and after, from the same starts, tell what gains: that alone is listed, drawn and
+recommended.
 """
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -17,7 +18,7 @@ from ...base import errors, methods, version
 from ...base.text import points, several
 from ...core import tolerances
 from ...core.estimators import estimate_in
-from ...core.records import DropScene, Part
+from ...core.records import Array, DropScene, Part, PoseStatistics
 from ...core.records.notes import Note
 from ...core.records.plain_values import with_units
 from ...core.records.scene import (
@@ -25,9 +26,10 @@ from ...core.records.scene import (
     DEFAULT_RESTITUTION,
     DEFAULT_ROUND_SIDES,
 )
-from ...core.simulation.request import drop_request
+from ...core.simulation.request import DropRequest, drop_request
 from ...core.statistics import feeding, pose_groups
-from . import alike, changes, comparison, describe, paired_drops, shares
+from . import alike, changes, describe, paired_drops, proof, shares
+from .goal import Goal, Wanted
 
 STEP = 0.05
 """Of the radius, and of stretching as a fraction: a change that a designer would make.
@@ -36,9 +38,9 @@ What less does is lost in the estimator's own unevenness (docs/measured/design.m
 SAME_CHANGE = 1e-9
 """Changes of a share this close are a tie: by symmetry both ways change it alike."""
 
-CHECKS = 5
-CHECK_DROPS = 2000
-"""Effects that are checked, and drops of the part before and after for each of them."""
+CHECKS = 8
+CHECK_DROPS = 20_000
+"""Effects that are checked, and the most drops of the part before and after each."""
 
 SCATTER = 0.005
 SCATTER_OF_SLOPE = 0.2
@@ -49,7 +51,7 @@ a share of the change, and as a share of its unevenness (docs/measured/design.md
 
 @dataclass(frozen=True, eq=False)
 class Effect:
-    """What a change of one feature does to the share of the wanted poses."""
+    """What a change of one feature does."""
 
     feature: changes.Feature
     number: int  # of the feature
@@ -58,16 +60,21 @@ class Effect:
     # change of the share a metre, or a unit of stretching, and its standard error
     slope: float
     error: float
-    step: float  # the change that helps, metres or a fraction
+    step: float  # the change that helps by estimate, metres or a fraction
     change: float  # estimated change of the share by that step
     lost: tuple[int, ...] = ()  # wanted poses that are gone after that step
     # the same change by drops; None where it was not checked
     check: paired_drops.PairedDifference | None = None
 
     @property
-    def helps(self) -> bool:
-        """Whether the step raises the share by more than the error of that."""
+    def is_promising(self) -> bool:
+        """Whether the estimated gain is more than its error."""
         return self.change > self.error * abs(self.step)
+
+    @property
+    def gains(self) -> bool:
+        """Whether drops show a gain."""
+        return self.check is not None and self.check.low > 0.0
 
     @property
     def contradicted(self) -> bool:
@@ -79,26 +86,37 @@ class Effect:
             and not self.check.low <= self.change <= self.check.high
         )
 
+    @property
+    def remark(self) -> str:
+        """In words, why drops do not show that it gains; "" where they do."""
+        if self.check is None or self.gains:
+            return ""
+        return describe.CONTRADICTED if self.contradicted else describe.UNSURE
+
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """What changes of a part do to the share of its wanted poses."""
+    """What changes of a part do to how far it meets its goal."""
 
     space: changes.DesignSpace
-    wanted: tuple[int, ...]
+    goal: Goal
     scene: DropScene  # with the drop height in metres
     method: str  # the estimator
-    accepted: (
-        feeding.Bounded
-    )  # estimated share of the wanted poses of the part as it is
+    accepted: feeding.Bounded  # how far the part as it is meets its goal, by estimate
+    class_shares: Array  # (C,); estimated share of each class of the goal
     # the change that is meant, metres; stretching is by the same share of the radius
     step: float
-    effects: tuple[Effect, ...]  # the greatest first, by what their step changes
-    drops: int  # of each check
+    effects: tuple[Effect, ...]  # the greatest first, by the estimate of their step
+    drops: int  # of the part before, and after each checked step
     seed: int
     seconds: float
     # about the part, the estimate and the wanted poses
     warnings: tuple[Note, ...] = ()
+
+    @property
+    def wanted(self) -> tuple[int, ...]:
+        """Wanted poses, rising."""
+        return self.goal.wanted_poses
 
     @property
     def share(self) -> float:
@@ -106,48 +124,64 @@ class Sensitivity:
         return self.accepted.value
 
     @property
-    def best(self) -> list[Effect]:
-        """Effects whose step helps, the one that helps most first."""
-        return [
-            effect for effect in self.effects if effect.helps
-        ]  # they are in that order
+    def checked(self) -> list[tuple[Effect, paired_drops.PairedDifference]]:
+        """Effects with their checks, the greatest gain by drops first."""
+        checked = [
+            (effect, effect.check)
+            for effect in self.effects
+            if effect.check is not None
+        ]
+        return sorted(
+            checked,
+            key=lambda pair: -math.inf if math.isnan(pair[1].value) else pair[1].value,
+            reverse=True,
+        )
 
     @property
-    def checked(self) -> list[tuple[Effect, paired_drops.PairedDifference]]:
-        """Effects with their checks, in the same order."""
-        return [
-            (effect, effect.check) for effect in self.best if effect.check is not None
-        ]
+    def gains(self) -> list[tuple[Effect, paired_drops.PairedDifference]]:
+        """Effects whose gain drops show, with their checks, the greatest first.
+
+        What is drawn and recommended comes from here.
+        """
+        return [pair for pair in self.checked if pair[0].gains]
+
+    def describe_goal(self) -> str:
+        """What is wanted, and how far the part as it is meets that, in words."""
+        met = ""
+        if self.goal.has_shares:
+            met = "met to "
+        value, low, high = (100.0 * share for share in self.accepted)
+        return (
+            f"wanted {self.goal.describe()}: {met}{value:.1f} % "
+            f"[{low:.1f} to {high:.1f} %] by {self.method}"
+        )
 
     def describe_gain(self) -> str:
-        """The change that gains most, in words, of those whose gain is beyond chance.
-
-        The drops do not choose the step, so their interval is what it says.
-        """
-        checked = self.checked
-        if not checked and self.best:
-            return self._gain_in_words(self.best[0])
-        chances = paired_drops.adjust_together([check.p_value for _, check in checked])
-        for (effect, check), chance in zip(checked, chances, strict=True):
-            if check.value > 0.0 and chance <= comparison.LEVEL:
-                return (
-                    f"{self._gain_in_words(effect)}, {points(check.value)} by drops "
-                    f"({points(check.low)} to {points(check.high)})"
-                )
-        if checked:
+        """The change that gains most, in words, of those whose gain is sure."""
+        if self.gains:
+            effect, check = self.gains[0]
+            step = describe.name_step(self.space, effect.number, effect.step)
             return (
-                f"no gain is sure: of the best {several(len(checked), 'step')}, tested "
-                f"together, {self.drops} drops show none; more drops may"
+                f"gains most: {step}: {points(check.value)} points by drops "
+                f"({points(check.low)} to {points(check.high)}), "
+                f"{points(effect.change)} by estimate"
+            )
+        if self.checked:
+            return (
+                f"no gain is sure: of the best {several(len(self.checked), 'step')} by "
+                f"estimate, {self.drops} drops show none; more drops may"
+            )
+        promising = [effect for effect in self.effects if effect.is_promising]
+        if promising:
+            return (
+                f"no step was dropped: {several(len(promising), 'step')} may gain by "
+                f"estimate, up to {points(promising[0].change)} points"
             )
         percent = 100.0 * self.step / self.space.body.radius
         return (
             f"nothing to gain: no step of {1e3 * self.step:.3g} mm or {percent:.3g} % "
-            "raises the share by more than its own error"
+            "gains more than its own error by estimate"
         )
-
-    def _gain_in_words(self, effect: Effect) -> str:
-        step = describe.name_step(self.space, effect.number, effect.step)
-        return f"gains most by estimate: {step}: {points(effect.change)} points"
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values; lengths in metres, shares as fractions, NaN as None.
@@ -164,6 +198,7 @@ class Sensitivity:
                 "method": self.method,
                 **asdict(self.scene),
                 "wanted": self.wanted,
+                "target": self._target_as_dict(),
                 "share": self.accepted.value,
                 "share_low": self.accepted.low,
                 "share_high": self.accepted.high,
@@ -178,6 +213,7 @@ class Sensitivity:
                         "step": effect.step,
                         "change": effect.change,
                         "lost": effect.lost,
+                        "gains": effect.gains,
                         "contradicted": effect.contradicted,
                         "check": None
                         if effect.check is None
@@ -193,6 +229,19 @@ class Sensitivity:
             }
         )
 
+    def _target_as_dict(self) -> list[dict[str, Any]] | None:
+        """Wanted and estimated shares by class; None where one sum is wanted."""
+        if not self.goal.has_shares:
+            return None
+        return [
+            {
+                "poses": self.goal.poses(number),
+                "wanted_share": float(self.goal.shares[number]),
+                "share": float(self.class_shares[number]),
+            }
+            for number in range(1, self.goal.shares.size)
+        ]
+
 
 def effect_error(slope: float, uneven: float) -> float:
     """Standard error of the estimated change by one step, `slope`.
@@ -204,7 +253,7 @@ def effect_error(slope: float, uneven: float) -> float:
 
 def sensitivity(
     part: Part,
-    wanted: Sequence[int],
+    wanted: Wanted,
     *,
     step: float | None = None,
     checks: int = CHECKS,
@@ -218,21 +267,23 @@ def sensitivity(
     on_progress: Callable[[float], object] = lambda share: None,
     should_stop: Callable[[], bool] = lambda: False,
 ) -> Sensitivity:
-    """How the share of wanted poses changes with centre of mass, proportions and faces.
+    """Which changes of centre of mass, proportions and faces make a part rest as wanted.
 
     Parameters
     ----------
     part : Part
-    wanted : sequence of int
-        Indices of the accepted poses.
+    wanted : sequence of int, or mapping
+        Indices of the accepted poses; or the wanted share of each pose, as a mapping of
+        an index, or of several that are taken together, to a fraction or per cent.
     step : float, optional
         Change that is meant, metres; default: a twentieth of the radius. Stretching is
         by the same share of the radius.
     checks : int
-        Effects that are checked by drops: those that raise the share most, by more than
-        their error.
+        Effects that are checked by drops: those that gain most by estimate, by more
+        than their error.
     drops : int
-        Of the part before, and after, for each check. Each check has drops of its own.
+        The most of the part before, and after each checked step, from the same starts.
+        They end where each gain is known to 1.5 points, 90 % intervals together.
     seed : int, optional
         Of the drops; the same one gives the same counts. Default: a fresh one.
     restitution, drop_height, cluster_tolerance, round_sides, workers
@@ -245,7 +296,8 @@ def sensitivity(
     Raises
     ------
     RequestError
-        If a value is out of its range or there is no such pose.
+        If a value is out of its range, there is no such pose, or the wanted shares are
+        not those of all poses with the sum 1 or 100.
     """
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
@@ -255,60 +307,97 @@ def sensitivity(
             "a number of checks from 0", f"{checks}", "0 drops none of them"
         )
     space = changes.DesignSpace(part, scene)
-    model = shares.WantedShare(space, wanted)
+    model = shares.GoalModel(space, wanted)
     step_length = STEP * space.body.radius if step is None else step
     changes.check_reach("step", step_length, space.body.radius)
-    estimate = estimate_in(part, model.scene, methods.AUTO)
     effects = _find_effects(
-        space,
         model,
         step_length,
         request.workers,
         lambda share: on_progress(0.5 * share),
         should_stop,
     )
-    checked = [number for number, effect in enumerate(effects) if effect.helps][:checks]
-    for count, number in enumerate(checked):
-        if should_stop():
-            break
-        first_drop = count * request.drops
+    drops_done = _check_effects(
+        model,
+        effects,
+        checks,
+        request,
+        lambda share: on_progress(0.5 + 0.5 * share),
+        should_stop,
+    )
+    return _sensitivity_of(model, step_length, effects, drops_done, request.seed, begin)
 
-        def report(drops_done: int, first_drop: int = first_drop) -> None:
-            share = (2 * first_drop + drops_done) / (request.drops * len(checked))
-            on_progress(0.5 + 0.25 * share)
 
-        effect = effects[number]
-        outcomes = model.drop(
-            [space.change_feature(effect.number, step) for step in (0.0, effect.step)],
-            request,
-            report,
-            should_stop,
-            first_drop,
-        )
-        effects[number] = replace(
-            effect, check=paired_drops.paired_difference(*outcomes)
-        )
+def _sensitivity_of(
+    model: shares.GoalModel,
+    step_length: float,
+    effects: list[Effect],
+    drops: int,
+    seed: int,
+    begin: float,
+) -> Sensitivity:
+    """The answer, with the part as it is by the default estimate."""
+    goal = model.goal
+    estimate = estimate_in(model.space.part, model.scene, methods.AUTO)
+    pose_shares = pose_groups.pose_shares(estimate)
     return Sensitivity(
-        space,
-        model.wanted_poses,
+        model.space,
+        goal,
         model.scene,
         estimate.method,
-        feeding.accepted_share(pose_groups.pose_shares(estimate), model.wanted_poses),
+        goal.estimated_fulfilment(pose_shares),
+        goal.class_shares(pose_shares.probability),
         step_length,
         tuple(effects),
-        request.drops,
-        request.seed,
+        drops,
+        seed,
         time.perf_counter() - begin,
-        (
-            *estimate.warnings,
-            *pose_groups.warn_of_lookalikes(estimate, model.wanted_poses),
-        ),
+        (*estimate.warnings, *_warn_of_lookalikes(estimate, goal)),
     )
 
 
+def _warn_of_lookalikes(estimate: PoseStatistics, goal: Goal) -> tuple[Note, ...]:
+    """Whoever wants shares of single poses knows that others look like them."""
+    if goal.has_shares:
+        return ()
+    return pose_groups.warn_of_lookalikes(estimate, goal.wanted_poses)
+
+
+def _check_effects(
+    model: shares.GoalModel,
+    effects: list[Effect],
+    checks: int,
+    request: DropRequest,
+    on_progress: Callable[[float], object],
+    should_stop: Callable[[], bool],
+) -> int:
+    """Put checks by drops to the most promising effects; the drops of each part."""
+    promising = [
+        number for number, effect in enumerate(effects) if effect.is_promising
+    ][:checks]
+    if not promising:
+        return 0
+    space = model.space
+    changed_parts = [space.change_feature(0, 0.0)] + [
+        space.change_feature(effects[number].number, effects[number].step)
+        for number in promising
+    ]
+    proved = proof.prove_gains(
+        model,
+        changed_parts,
+        [(0, after) for after in range(1, len(changed_parts))],
+        request,
+        on_progress,
+        should_stop,
+    )
+    if proved.drops:
+        for number, gain in zip(promising, proved.gains, strict=True):
+            effects[number] = replace(effects[number], check=gain)
+    return proved.drops
+
+
 def _find_effects(
-    space: changes.DesignSpace,
-    model: shares.WantedShare,
+    model: shares.GoalModel,
     step_length: float,
     workers: int,
     on_progress: Callable[[float], object],
@@ -318,7 +407,8 @@ def _find_effects(
 
     Those of which no body remains after the step are left out.
     """
-    equivalents = alike.first_equivalents(space, model.is_wanted)
+    space = model.space
+    equivalents = alike.first_equivalents(space, model.goal)
     numbers = np.unique(equivalents).tolist()
     base_share = model.estimate(space.change_feature(0, 0.0))
     finished = iter(range(1, len(numbers) + 1))

@@ -1,4 +1,4 @@
-"""The share of wanted poses of a changed part, and which poses they are."""
+"""How far a changed part meets its goal, and which poses it has."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -6,28 +6,20 @@ from dataclasses import replace
 import numpy as np
 
 from ...core.estimators import ESTIMATORS, expected
-from ...core.records import Index, Mask
+from ...core.records import Index
 from ...core.resting.poses import RestingPoses, bare_poses
-from ...core.simulation.request import DropRequest
-from ...core.statistics import errors, feeding
 from . import changes, paired_drops
+from .goal import Wanted, find_goal
 
 
-def count_share(happened: Mask) -> feeding.Bounded:
-    """How often something happened, with its 90 % interval."""
-    count = int(happened.sum())
-    total = happened.size
-    low, high = errors.jeffreys_interval(count, total)
-    return feeding.Bounded(count / total if total else 0.0, float(low), float(high))
-
-
-class WantedShare:
-    """Share of some poses of a part, by the fast estimator, whatever is changed on it.
+class GoalModel:
+    """How far a part meets its goal, by the fast estimator, whatever is changed on it.
 
     A part that is changed is released from the height of the one before.
     """
 
-    def __init__(self, space: changes.DesignSpace, wanted_poses: Sequence[int]) -> None:
+    def __init__(self, space: changes.DesignSpace, wanted: Wanted) -> None:
+        self.space = space
         resting = space.resting
         body = space.body
         self.scene = replace(
@@ -36,8 +28,7 @@ class WantedShare:
         self._function = ESTIMATORS[
             expected.best_method(self.scene.restitution)
         ].function
-        self.is_wanted = feeding.check_wanted_poses(wanted_poses, len(resting.poses))
-        self.wanted_poses = tuple(np.flatnonzero(self.is_wanted).tolist())  # rising
+        self.goal = find_goal(wanted, len(resting.poses))
         equilibria = resting.equilibria
         # of each face (F,): the pose that it descends to, and whether that pose rests
         # on it; facets that the part rolls on are one with the stable ones among them
@@ -48,57 +39,64 @@ class WantedShare:
         self._downs = resting.downs
 
     def estimate(self, changed_part: changes.ChangedPart) -> float:
-        """Share of the wanted poses of a changed part, 0 to 1."""
+        """How far a changed part meets the goal, 0 to 1."""
         resting = bare_poses(changed_part.part, self.scene)
-        share = self._function(resting, self.scene)
-        return float(share[self._is_accepted(resting, changed_part.origin)].sum())
+        class_shares = np.bincount(
+            self._classes(resting, changed_part.origin),
+            self._function(resting, self.scene),
+            minlength=self.goal.shares.size,
+        )
+        return self.goal.fulfilment(class_shares.astype(np.float64))
 
     def lost_poses(self, changed_part: changes.ChangedPart) -> tuple[int, ...]:
         """Wanted poses that a changed part has no more."""
         resting = bare_poses(changed_part.part, self.scene)
         return tuple(
             np.setdiff1d(
-                self.wanted_poses, self._poses_before(resting, changed_part.origin)
+                self.goal.wanted_poses,
+                self._poses_before(resting, changed_part.origin),
             ).tolist()
         )
 
-    def drop(
+    def pair_drops(
         self,
         changed_parts: Sequence[changes.ChangedPart],
-        request: DropRequest,
-        on_progress: Callable[[int], object],
-        should_stop: Callable[[], bool],
-        first: int = 0,
-    ) -> Mask:
-        """Whether changed parts (V, n), dropped from the same starts, rest as wanted.
-
-        `first`: drops of the seed that are passed over; starts count from which all
-        came to rest.
-        """
-        pairs = paired_drops.PairedDrops(
+        seed: int,
+        workers: int,
+        should_stop: Callable[[], bool] = lambda: False,
+    ) -> paired_drops.PairedDrops:
+        """Changed parts (V) that are to be dropped from the same starts."""
+        return paired_drops.PairedDrops(
             [part.part for part in changed_parts],
             self.scene,
-            request.seed,
-            request.workers,
+            seed,
+            workers,
             should_stop,
-            first=first,
         )
-        pairs.drop_until(request.drops, on_progress)
+
+    def classes(
+        self,
+        pairs: paired_drops.PairedDrops,
+        changed_parts: Sequence[changes.ChangedPart],
+    ) -> Index:
+        """Classes of poses (V, n) in which changed parts came to rest.
+
+        Starts count from which all did.
+        """
+        outcome = pairs.outcome[:, pairs.is_settled]
         return np.array(
             [
-                pairs.is_in(
-                    number, np.flatnonzero(self._is_accepted(resting, part.origin))
-                )
-                for number, (resting, part) in enumerate(
-                    zip(pairs.resting, changed_parts, strict=True)
+                self._classes(resting, part.origin)[poses]
+                for resting, part, poses in zip(
+                    pairs.resting, changed_parts, outcome, strict=True
                 )
             ]
         )
 
-    def _is_accepted(self, resting: RestingPoses, origin: Index) -> Mask:
-        """Which poses (P,) of a changed part are wanted."""
+    def _classes(self, resting: RestingPoses, origin: Index) -> Index:
+        """Class of each pose (P,) of a changed part; a new one is not wanted."""
         old_poses = self._poses_before(resting, origin)
-        return (old_poses >= 0) & self.is_wanted[old_poses]
+        return np.where(old_poses >= 0, self.goal.class_of_pose[old_poses], 0)
 
     def _poses_before(self, resting: RestingPoses, origin: Index) -> Index:
         """Old pose that each pose (P,) of a changed part is; -1 for a new one."""

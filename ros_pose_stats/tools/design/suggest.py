@@ -1,13 +1,13 @@
-"""A few changes, within bounds, that raise the share of wanted poses together.
+"""A few changes, within bounds, that bring a part nearer to its goal together.
 
-The estimator chooses them one after the other, and drops that had no say tell what each
-gained. What is judged is the outer shape and the centre of mass, not whether the part
-can be made.
+One after the other is chosen: of those that gain most by estimate the one that gains
+most by drops. Drops that had no say then tell what each gained. What is judged is the
+outer shape and the centre of mass, not whether the part can be made.
 """
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,14 +22,15 @@ from ...core.records.scene import (
     DEFAULT_ROUND_SIDES,
 )
 from ...core.resting.convex_body import body_of
-from ...core.simulation.request import drop_request
+from ...core.simulation.request import SEEDS, DropRequest, drop_request
 from ...core.statistics import feeding
-from . import alike, changes, describe, paired_drops, sensitivity, shares
+from . import alike, changes, describe, paired_drops, proof, sensitivity, shares
+from .goal import Wanted
 
-GAIN_DROPS = 2000  # drops that tell the gains, of the part as it is and after each step
 MOST_STEPS = 3
 
 LEAST_GAIN = 0.003  # estimated gain of a step below which it is not worth making
+DROPPED_CANDIDATES = 4  # steps that gain most by estimate, of which drops choose one
 BOUND_SHARES = (
     -1.0,
     -0.5,
@@ -53,7 +54,7 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """A change of a part that raises the share of its wanted poses."""
+    """A change of a part that brings it nearer to its goal."""
 
     space: changes.DesignSpace
     within: float  # bound of what is moved, metres
@@ -62,12 +63,12 @@ class Suggestion:
     changed: changes.ChangedPart  # the part after all steps
     outline: float  # how far its outline and its centre of mass moved, metres
     center_shift: float
-    before: float  # estimated shares
+    before: float  # estimated, how far the goal is met
     after: float
     lost: tuple[int, ...]  # wanted poses that are gone
     # by drops, from the same starts, none of which chose the change
     gain: paired_drops.PairedDifference
-    dropped_before: feeding.Bounded  # shares by these drops
+    dropped_before: feeding.Bounded  # how far the goal is met by these drops
     dropped_after: feeding.Bounded
     drops: int
     seed: int
@@ -125,10 +126,10 @@ class Suggestion:
 
 def suggest(
     part: Part,
-    wanted: Sequence[int],
+    wanted: Wanted,
     within: float,
     *,
-    drops: int = GAIN_DROPS,
+    drops: int = sensitivity.CHECK_DROPS,
     seed: int | None = None,
     restitution: float = DEFAULT_RESTITUTION,
     drop_height: float | None = None,
@@ -143,13 +144,14 @@ def suggest(
     Parameters
     ----------
     part : Part
-    wanted : sequence of int
-        Indices of the accepted poses.
+    wanted : sequence of int, or mapping
+        Indices of the accepted poses, or wanted shares, as for `sensitivity`.
     within : float
         How far the outline, and the centre of mass, may move, metres. A symmetric part
-        stays as symmetric as it is.
+        stays as symmetric as it is, or as the wanted shares are.
     drops : int
-        Of the part as it is and after each step, from the same starts.
+        The most of each part that is dropped: to choose each step, and then of the part
+        as it is and after each step. They end as those of `sensitivity` do.
     seed, restitution, drop_height, cluster_tolerance, round_sides, workers
         As for `simulate`.
     on_progress : callable
@@ -160,112 +162,178 @@ def suggest(
     Raises
     ------
     RequestError
-        If a value is out of its range or there is no such pose.
+        If a value is out of its range, or `wanted` is none.
     """
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     request = drop_request(drops, seed, 0.0, workers)
     space = changes.DesignSpace(part, scene)
-    model = shares.WantedShare(space, wanted)
+    model = shares.GoalModel(space, wanted)
     changes.check_reach("bound", within, space.body.radius)
     moves, estimates = _find_steps(
-        space,
         model,
         within,
-        lambda count: on_progress(0.5 * count / MOST_STEPS),
+        replace(request, seed=(request.seed + SEEDS // 2) % SEEDS),
+        lambda share: on_progress(0.75 * share),
         should_stop,
     )
+    return _suggestion_of(
+        model,
+        within,
+        moves,
+        estimates,
+        request,
+        lambda share: on_progress(0.75 + 0.25 * share),
+        should_stop,
+        begin,
+    )
+
+
+def _suggestion_of(
+    model: shares.GoalModel,
+    within: float,
+    moves: list[Array],
+    estimates: list[float],
+    request: DropRequest,
+    on_progress: Callable[[float], object],
+    should_stop: Callable[[], bool],
+    begin: float,
+) -> Suggestion:
+    """Tell by drops what each of the chosen steps gains, and all of them together."""
+    space = model.space
+    count = len(moves)
     parts = [
         space.change(sum(moves[:taken], np.zeros(len(space.features))))
-        for taken in range(len(moves) + 1)
+        for taken in range(count + 1)
     ]
-    dropped = model.drop(
+    proved = proof.prove_gains(
+        model,
         parts,
+        [*((step, step + 1) for step in range(count)), (0, count)],
         request,
-        lambda drops_done: on_progress(
-            0.5 + 0.5 * drops_done / (request.drops * len(parts))
-        ),
+        on_progress,
         should_stop,
     )
-    steps = tuple(
-        Step(
-            move,
-            estimates[k + 1] - estimates[k],
-            paired_drops.paired_difference(dropped[k], dropped[k + 1]),
-        )
-        for k, move in enumerate(moves)
-    )
     return Suggestion(
-        space,
-        within,
-        steps,
-        parts[-1],
-        outline_shift(space, parts[-1]),
-        center_move(space, parts[-1]),
-        estimates[0],
-        estimates[-1],
-        model.lost_poses(parts[-1]),
-        paired_drops.paired_difference(dropped[0], dropped[-1]),
-        shares.count_share(dropped[0]),
-        shares.count_share(dropped[-1]),
-        dropped.shape[1],
-        request.seed,
-        time.perf_counter() - begin,
+        space=space,
+        within=within,
+        steps=tuple(
+            Step(move, estimates[number + 1] - estimates[number], proved.gains[number])
+            for number, move in enumerate(moves)
+        ),
+        changed=parts[-1],
+        outline=outline_shift(space, parts[-1]),
+        center_shift=center_move(space, parts[-1]),
+        before=estimates[0],
+        after=estimates[-1],
+        lost=model.lost_poses(parts[-1]),
+        gain=proved.gains[-1],
+        dropped_before=model.goal.counted_fulfilment(proved.classes[0]),
+        dropped_after=model.goal.counted_fulfilment(proved.classes[-1]),
+        drops=proved.drops,
+        seed=request.seed,
+        seconds=time.perf_counter() - begin,
     )
+
+
+class _Candidate(NamedTuple):
+    """A way to change a part, of those that symmetry ties together one."""
+
+    tied: int  # features that are changed together
+    move: Array  # (n,); of each feature, metres or a fraction
 
 
 def _find_steps(
-    space: changes.DesignSpace,
-    model: shares.WantedShare,
+    model: shares.GoalModel,
     within: float,
-    on_progress: Callable[[int], object],
+    request: DropRequest,
+    on_progress: Callable[[float], object],
     should_stop: Callable[[], bool],
 ) -> tuple[list[Array], list[float]]:
-    """Steps, each with the largest gain after those before, and the shares."""
+    """Steps, each with the largest gain after those before, and what is met by then."""
+    space = model.space
     candidates = [
-        (tied, stride * step)
-        for tied, step in enumerate(alike.symmetric_steps(space, within))
+        _Candidate(tied, stride * step)
+        for tied, step in enumerate(alike.symmetric_steps(space, within, model.goal))
         for stride in BOUND_SHARES
     ]
     moves: list[Array] = []
     estimates = [model.estimate(space.change_feature(0, 0.0))]
     total_move: Array = np.zeros(len(space.features))
-
-    def gain(move: Array) -> float:
-        """Over the steps before; minus infinity beyond the bounds."""
-        try:
-            changed_part = space.change(total_move + move)
-            shift = max(
-                outline_shift(space, changed_part), center_move(space, changed_part)
-            )
-            return (
-                model.estimate(changed_part) - estimates[-1]
-                if (shift <= within * (1.0 + MOVE_SLACK))
-                else -np.inf
-            )
-        except errors.MeshError:
-            return -np.inf
-
     while candidates and len(moves) < MOST_STEPS:
-        gains = [-np.inf if should_stop() else gain(move) for _, move in candidates]
+        gains = [
+            -np.inf
+            if should_stop()
+            else _estimate_within(model, within, total_move + candidate.move)
+            - estimates[-1]
+            for candidate in candidates
+        ]
         # Mirror twins gain the same but for rounding: of those the first.
         rank = tolerances.number_equal(
             [-gain for gain in gains], sensitivity.SAME_CHANGE
         )
         order = np.argsort(rank, kind="stable").tolist()
-        best = order[0]
-        if gains[best] < LEAST_GAIN:
+        worth = [k for k in order if gains[k] >= LEAST_GAIN][:DROPPED_CANDIDATES]
+        best = _choose_by_drops(
+            model,
+            total_move,
+            [candidates[k].move for k in worth],
+            request,
+            lambda share: on_progress((len(moves) + share) / MOST_STEPS),
+            should_stop,
+        )
+        if best is None:
             break
-        moves.append(candidates[best][1])
-        total_move = total_move + moves[-1]
-        estimates.append(estimates[-1] + gains[best])
+        chosen = candidates[worth[best]]
+        moves.append(chosen.move)
+        total_move = total_move + chosen.move
+        estimates.append(estimates[-1] + gains[worth[best]])
         candidates = [
             candidates[k]
             for k in order[:CANDIDATES]
-            if candidates[k][0] != candidates[best][0]
+            if candidates[k].tied != chosen.tied
         ]
-        on_progress(len(moves))
     return moves, estimates
+
+
+def _estimate_within(model: shares.GoalModel, within: float, move: Array) -> float:
+    """How far a changed part meets the goal; minus infinity beyond the bounds."""
+    space = model.space
+    try:
+        changed_part = space.change(move)
+        shift = max(
+            outline_shift(space, changed_part), center_move(space, changed_part)
+        )
+        if shift > within * (1.0 + MOVE_SLACK):
+            return -np.inf
+        return model.estimate(changed_part)
+    except errors.MeshError:
+        return -np.inf
+
+
+def _choose_by_drops(
+    model: shares.GoalModel,
+    total_move: Array,
+    moves: list[Array],
+    request: DropRequest,
+    on_progress: Callable[[float], object],
+    should_stop: Callable[[], bool],
+) -> int | None:
+    """Number of the move that gains most after those made; None where none is sure."""
+    if not moves:
+        return None
+    proved = proof.prove_gains(
+        model,
+        [model.space.change(total_move)]
+        + [model.space.change(total_move + move) for move in moves],
+        [(0, after) for after in range(1, len(moves) + 1)],
+        request,
+        on_progress,
+        should_stop,
+    )
+    gains = [gain.value if gain.low > 0.0 else -np.inf for gain in proved.gains]
+    best = int(np.argmax(gains))
+    return best if np.isfinite(gains[best]) else None
 
 
 def outline_shift(

@@ -1,11 +1,13 @@
 """A part coloured by what changes of it do: where to add, and where to take away."""
 
+import math
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from ...base.text import name_poses, shortened
+from ...base.text import points, shortened
 from ...core.mesh.decimation import visible_triangles
 from ...core.records import Array, Index
 from ...core.resting.convex_body import ConvexBody
@@ -32,20 +34,20 @@ PIXELS = 620
 LISTED = 4
 
 SHADES = (
-    "the stronger the colour of a face, the more a step gains; "
-    "grey: no gain beyond the error"
+    "the stronger the colour of a face, the more a step gains by drops; "
+    "grey: drops show no gain"
 )
 
 
 def changes_figure(sensitivities: sensitivity.Sensitivity) -> Figure:
     """Draw a part from two sides: blue faces are better moved out, orange in.
 
-    The stronger the colour, the more a step gains; effects within their error are grey.
-    The arrow leads the centre of mass to where it is better.
+    The stronger the colour, the more a step gains by drops; what they do not show to
+    gain is grey. The arrow leads the centre of mass to where it is better.
     """
     figure = figures.new_figure(9.0, 5.6)
     space = sensitivities.space
-    colors = _face_colors(sensitivities)
+    colors = face_colors(sensitivities)
     triangles = visible_triangles(space.part) - space.part.center_of_mass
     body = space.body
     shades = colors[_faces_of(triangles, body)]
@@ -63,7 +65,7 @@ def changes_figure(sensitivities: sensitivity.Sensitivity) -> Figure:
         _draw_arrow(axes, view, _gradient(sensitivities) * mirror, body.radius)
     figure.suptitle(
         f"{shortened(space.part.part_id, 30)}: "
-        f"wanted {shortened(name_poses(sensitivities.wanted), 30)}, "
+        f"wanted {shortened(sensitivities.goal.describe(), 40)}, "
         f"{100.0 * sensitivities.accepted.value:.1f} % by {sensitivities.method}",
         fontsize=12,
         color=figures.INK,
@@ -83,9 +85,7 @@ def changes_figure(sensitivities: sensitivity.Sensitivity) -> Figure:
     figure.text(
         0.26,
         0.165,
-        "\n".join(
-            _line(sensitivities, effect) for effect in sensitivities.best[:LISTED]
-        ),
+        "\n".join(_gain_lines(sensitivities)),
         fontsize=9,
         color=figures.INK,
         va="top",
@@ -93,24 +93,28 @@ def changes_figure(sensitivities: sensitivity.Sensitivity) -> Figure:
     return figure
 
 
-def _line(sensitivities: sensitivity.Sensitivity, effect: sensitivity.Effect) -> str:
-    step = describe.name_step(sensitivities.space, effect.number, effect.step)
-    text = f"{100.0 * effect.change:+.1f} points: {step}"
-    if effect.check is None:
-        return text
-    low = f"{100.0 * effect.check.low:+.1f}"
-    high = f"{100.0 * effect.check.high:+.1f}"
-    return f"{text} (drops: {low} to {high})"
+def _gain_lines(sensitivities: sensitivity.Sensitivity) -> list[str]:
+    """The greatest gains in words, or why there is none."""
+    lines = [
+        f"{points(check.value)} points ({points(check.low)} to {points(check.high)}): "
+        f"{describe.name_step(sensitivities.space, effect.number, effect.step)}"
+        for effect, check in sensitivities.gains[:LISTED]
+    ]
+    return lines or [sensitivities.describe_gain()]
 
 
-def _face_colors(sensitivities: sensitivity.Sensitivity) -> Array:
+def face_colors(sensitivities: sensitivity.Sensitivity) -> Array:
     """Colours (F + 1, 3) of the faces of the hull, and of what lies on none."""
     space = sensitivities.space
     colors = np.tile(PLAIN, (space.body.faces + 1, 1))
-    faces = [effect for effect in sensitivities.best if effect.feature.kind == "face"]
-    for effect in faces:
+    faces = [
+        (effect, check.value)
+        for effect, check in sensitivities.gains
+        if effect.feature.kind == "face"
+    ]
+    for effect, gain in faces:
         color = ADD if effect.step > 0.0 else TAKE
-        strength = FAINTEST + (1.0 - FAINTEST) * effect.change / faces[0].change
+        strength = FAINTEST + (1.0 - FAINTEST) * gain / faces[0][1]
         for number in effect.alike:
             colors[space.features[number].planes] = (
                 strength * color + (1.0 - strength) * PLAIN
@@ -139,9 +143,9 @@ def _faces_of(triangles: Array, body: ConvexBody) -> Index:
 def _gradient(sensitivities: sensitivity.Sensitivity) -> Array:
     """Direction (3,) to move the centre of mass in; zero where none is clear."""
     slope = np.zeros(3)
-    for effect in sensitivities.best:
+    for effect, check in sensitivities.gains:
         if effect.feature.kind == "centre":
-            slope[effect.feature.axis] = effect.slope
+            slope[effect.feature.axis] = math.copysign(check.value, effect.step)
     length = np.linalg.norm(slope)
     return slope / length if length else slope
 

@@ -71,7 +71,6 @@ MOST_FEEDERS = 12
 MOST_NAMED = 24
 """Most rows about the feeder, and characters that name the poses of a group."""
 
-MOST_EFFECTS = 12  # changes of the part that are listed
 ROUNDING = 1e-9  # coordinates of the centre of mass, in radii, that are shown as 0
 
 
@@ -223,15 +222,16 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
         ),
         "sensitivities": sensitivities,
         "gain": sensitivities.describe_gain(),
+        "goal": sensitivities.describe_goal(),
         "rows": [
             (
                 describe.name_step(sensitivities.space, effect.number, effect.step),
                 effect,
+                check,
             )
-            for effect in sensitivities.best[:MOST_EFFECTS]
+            for effect, check in sensitivities.checked
         ],
         "judged": describe.JUDGED,
-        "contradicted": describe.CONTRADICTED,
     }
 
 

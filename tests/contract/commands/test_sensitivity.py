@@ -2,13 +2,15 @@
 refusals.
 """
 
+import re
+
 import numpy as np
 import pytest
 
 from ros_pose_stats import load_part, sensitivity
 from tests.running import answer, answer_json, refusal
 
-ASKED = "--wanted", "2,3", "--drops", 2000, "--seed", 5
+ASKED = "--wanted", "2,3", "--checks", 3, "--drops", 1500, "--seed", 5
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +39,7 @@ def table(box):
 
 def test_effects_are_the_librarys(box, suggested):
     values, _ = suggested
-    expected = sensitivity(load_part(box[0], unit="mm"), [2, 3], seed=5)
+    expected = sensitivity(load_part(box[0], unit="mm"), [2, 3], checks=0)
     assert [effect["slope"] for effect in values["effects"]] == [
         effect.slope for effect in expected.effects
     ]
@@ -76,17 +78,20 @@ def test_the_changed_hull_and_the_picture_are_written(suggested):
 
 
 class TestTable:
-    def test_it_says_first_what_gains_most_and_lists_what_is_beyond_its_error(
+    def test_it_says_first_what_gains_most_and_of_all_others_that_it_is_not_sure(
         self, table, suggested
     ):
         first, *lines = table.splitlines()
-        assert first.startswith("gains most by estimate: ") and " by drops (" in first
-        clear = [
-            effect
-            for effect in suggested[0]["effects"]
-            if effect["change"] > effect["error"] * abs(effect["step"])
+        checks = [
+            effect for effect in suggested[0]["effects"] if effect["check"] is not None
         ]
-        assert sum("  points per " in line for line in lines) == len(clear) < 9
+        best = max(checks, key=lambda effect: effect["check"]["change"])
+        change = f"{100.0 * best['check']['change']:+.1f} points by drops ("
+        assert first.startswith("gains most: ") and change in first and best["gains"]
+        ends = ("  not sure", "  drops contradict the estimate")
+        remarks = [line for line in lines if line.endswith(ends)]
+        assert len(remarks) == sum(not effect["gains"] for effect in checks)
+        assert f"{suggested[0]['drops']} drops of the part before and after" in table
 
     def test_the_suggestion_is_in_words_with_the_gain_of_each_step(
         self, table, suggested
@@ -100,7 +105,7 @@ class TestTable:
     def test_nothing_to_gain_is_said(self, box):
         text = answer("sensitivity", *box, "--wanted", "0-5", "--drops", 50)
         assert text.startswith(
-            "nothing to gain: no step of 1.35 mm or 5 % raises the share by"
+            "nothing to gain: no step of 1.35 mm or 5 % gains more than"
         )
 
     def test_a_single_wanted_pose_is_warned_about_as_an_estimate_does(self, box):
@@ -116,6 +121,19 @@ class TestTable:
         assert "\n".join(lines) in text
 
 
+def test_wanted_shares_are_set_beside_the_estimated_ones(box):
+    request = (*box, "--target", "0,1=1/3", "2,3=1/3", "4,5=1/3")
+    values = answer_json("sensitivity", *request, "--checks", 0)
+    assert [target["poses"] for target in values["target"]] == [[0, 1], [2, 3], [4, 5]]
+    shares = [target["share"] for target in values["target"]]
+    met = sum(min(share, 1 / 3) for share in shares)
+    assert values["share"] == pytest.approx(met) and sum(shares) == pytest.approx(1.0)
+    table = answer("sensitivity", *request, "--drops", 300, "--seed", 1)
+    assert f"met to {100.0 * met:.1f} %" in table
+    for poses, share in zip(("0, 1", "2, 3", "4, 5"), shares, strict=True):
+        assert re.search(rf"^  {poses} +33\.3 +{100.0 * share:.1f}$", table, re.M)
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -126,6 +144,13 @@ class TestTable:
             "ends in .stl",
         ),
         (("--wanted", 0, "--png", "none/"), "ends in .png"),
+        ((), "--wanted --target"),
+        (("--wanted", 0, "--target", "0-5=1"), "not allowed with"),
+        (("--target", "0-5"), "poses and their share, for instance 0,1=30% or 2=1/3"),
+        (("--target", "0-5=1/0"), "poses and their share"),
+        (("--target", "0=50%", "0=50%"), "the same poses twice"),
+        (("--target", "0,1=50%", "2-4=50%"), "none for pose 5"),
+        (("--target", "0,1=50%", "2-5=40%"), "a sum of 0.9"),
     ],
 )
 def test_refused_in_one_line(box, options, words):

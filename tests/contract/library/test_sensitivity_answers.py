@@ -1,9 +1,19 @@
 """`sensitivity` and `suggest` as their callers see them: checks, stops and refusals."""
 
+import math
+from functools import partial
+
+import numpy as np
 import pytest
 
 from lab.bodies import shapes
-from ros_pose_stats import part_from_mesh, resting_poses, sensitivity, suggest
+from ros_pose_stats import (
+    estimate,
+    part_from_mesh,
+    resting_poses,
+    sensitivity,
+    suggest,
+)
 from tests.running import refusal_of
 
 CUBE = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))
@@ -35,17 +45,42 @@ def test_the_same_request_has_the_same_answer_whatever_the_workers(heavy):
         for workers in (1, 2)
     )
     assert plain(first) == plain(two)
-    assert 0 < sum(effect.check is not None for effect in first.effects) <= 5
+    assert 0 < sum(effect.check is not None for effect in first.effects) <= 8
 
 
-def test_each_check_has_drops_of_its_own(heavy):
+def test_all_checks_are_from_the_same_starts(heavy):
     part, wanted_poses = heavy
     single, several = (
-        sensitivity(part, wanted_poses, checks=checks, drops=100, seed=3).checked
+        {
+            effect.number: check
+            for effect, check in sensitivity(
+                part, wanted_poses, checks=checks, drops=100, seed=3
+            ).checked
+        }
         for checks in (1, 3)
     )
-    assert several[0][1] == single[0][1]
-    assert all(check.trials == 100 for _, check in several)
+    ((number, check),) = single.items()
+    assert several[number].value == check.value
+    assert all(check.trials == 100 for check in several.values())
+    # Intervals of several hold together, so that each is wider.
+    assert several[number].low < check.low and several[number].high > check.high
+
+
+def test_drops_end_where_the_gains_are_known(heavy):
+    part, wanted_poses = heavy
+    analysis = sensitivity(part, wanted_poses, checks=1, seed=3)
+    ((_, check),) = analysis.checked
+    assert check.high - check.low <= 0.03
+    assert 1000 <= analysis.drops < 10_000
+
+
+def test_what_gains_is_listed_by_drops(heavy):
+    part, wanted_poses = heavy
+    analysis = sensitivity(part, wanted_poses, drops=1000, seed=3)
+    values = [check.value for _, check in analysis.checked]
+    assert values == sorted(values, reverse=True)
+    assert 0 < len(analysis.gains) < len(analysis.checked)
+    assert all(check.low > 0.0 for _, check in analysis.gains)
 
 
 def test_as_many_changes_are_checked_as_asked_for(heavy):
@@ -84,10 +119,56 @@ def test_nothing_is_suggested_where_nothing_can_be_gained():
         ({"wanted": [0], "step": 0.0}, "a step above 0"),
         ({"wanted": [0], "step": 1.0}, "half the part's radius"),
         ({"wanted": [0], "drops": 0}, "1 to 1000000000 drops"),
+        ({"wanted": {}}, "none for poses 0-5"),
+        ({"wanted": {(0, 1, 2): 0.5, 3: 0.5}}, "none for poses 4, 5"),
+        ({"wanted": {range(6): 1.0, 3: 0.0}}, "two for pose 3"),
+        ({"wanted": {6: 1.0}}, "wanted poses out of 0 to 5"),
+        ({"wanted": {(): 1.0}}, "at least one"),
+        ({"wanted": {range(6): -1.0}}, "wanted shares from 0, got -1.0"),
+        ({"wanted": {range(6): math.nan}}, "wanted shares from 0, got nan"),
+        ({"wanted": {range(6): "all"}}, "a number for a wanted share"),
+        ({"wanted": {(0, 1, 2): 0.5, (3, 4, 5): 0.4}}, "a sum of 0.9"),
+        ({"wanted": dict.fromkeys(range(6), 0)}, "a sum of 0"),
     ],
 )
-def test_refusals(options, words):
-    assert words in refusal_of(sensitivity, CUBE, **options)
+@pytest.mark.parametrize("ask", [sensitivity, partial(suggest, within=1e-3)])
+def test_refusals(ask, options, words):
+    if "step" in options and isinstance(ask, partial):
+        pytest.skip("a suggestion has a bound")
+    assert words in refusal_of(ask, CUBE, **options)
+
+
+def test_shares_may_be_in_per_cent_and_rounded(heavy):
+    part, _ = heavy
+    poses = [pose.index for pose in resting_poses(part).poses]
+    thirds = {(0, 1): 33.3, (2, 3): 33.3, tuple(poses[4:]): 33.3}
+    fractions = {(0, 1): 1 / 3, (2, 3): 1 / 3, tuple(poses[4:]): 1 / 3}
+    rounded, exact = (
+        sensitivity(part, wanted, checks=0) for wanted in (thirds, fractions)
+    )
+    assert rounded.share == pytest.approx(exact.share, abs=1e-12)
+    probability = {
+        pose.index: pose.probability for pose in estimate(part, exact.method).poses
+    }
+    shares = [sum(probability[pose] for pose in poses) for poses in thirds]
+    assert exact.share == pytest.approx(
+        1.0 - 0.5 * np.abs(np.array(shares) - 1 / 3).sum()
+    )
+
+
+def test_all_of_a_few_poses_is_the_same_as_their_sum(heavy):
+    part, wanted_poses = heavy
+    others = [
+        pose.index
+        for pose in resting_poses(part).poses
+        if pose.index not in wanted_poses
+    ]
+    by_sum = sensitivity(part, wanted_poses, drops=200, seed=3)
+    by_shares = sensitivity(
+        part, {tuple(wanted_poses): 1.0, tuple(others): 0.0}, drops=200, seed=3
+    )
+    assert plain(by_shares) == plain(by_sum)
+    assert by_shares.describe_goal() == by_sum.describe_goal()
 
 
 @pytest.mark.parametrize("within", [0.0, -1e-3, 1.0, float("nan")])

@@ -10,7 +10,9 @@ import pytest
 from lab.bodies import shapes
 from ros_pose_stats import part_from_mesh, resting_poses, sensitivity, suggest
 from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.tools.design.goal import find_goal
 from ros_pose_stats.tools.design.paired_drops import paired_difference
+from ros_pose_stats.tools.plots.changes import PLAIN, face_colors
 
 CUBE = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))
 CLAMP = part_from_mesh(*DEMO_PARTS["clamp"](), unit="mm")
@@ -95,13 +97,14 @@ def test_drops_agree_with_the_slopes_that_they_check():
     assert not best.contradicted
 
 
-@pytest.mark.parametrize(("gain", "right"), [(0.0, 0.95), (0.03, 0.9)])
-def test_the_first_line_is_as_sure_as_it_says(gain, right):
+@pytest.mark.parametrize("gain", [0.0, 0.03])
+def test_the_first_line_is_as_sure_as_it_says(gain):
     """Of steps that gain alike, checked 600 times: without a gain one is said to gain
-    in 5 %, of 3 points the interval holds in 90 %.
+    in at most 5 %, of 3 points the interval of the best holds in at least 90 %.
     """
     analysis = sensitivity(CLAMP, [0], checks=0)
     random = np.random.default_rng(1)
+    level = 1.0 - 0.1 / len(analysis.effects)
     hits = []
     for _ in range(600):
         ends = [
@@ -111,7 +114,7 @@ def test_the_first_line_is_as_sure_as_it_says(gain, right):
         line = replace(
             analysis,
             effects=tuple(
-                replace(effect, check=paired_difference(end == 1, end == 2))
+                replace(effect, check=paired_difference(end == 1, end == 2, level))
                 for effect, end in zip(analysis.effects, ends, strict=True)
             ),
         ).describe_gain()
@@ -122,20 +125,50 @@ def test_the_first_line_is_as_sure_as_it_says(gain, right):
             else interval is not None
             and float(interval[1]) <= 100.0 * gain <= float(interval[2])
         )
-    assert right - 0.03 <= np.mean(hits) <= right + 0.04
+    # But for three standard errors of 600 answers.
+    least = 0.95 if gain == 0.0 else 0.9
+    assert np.mean(hits) >= least - 3.0 * math.sqrt(least * (1.0 - least) / 600)
+
+
+@pytest.fixture(scope="module")
+def bracket():
+    """That is to stand on one of its ends."""
+    part = part_from_mesh(*DEMO_PARTS["bracket"](), unit="mm")
+    return sensitivity(part, [4], drops=1500, seed=1)
+
+
+class TestBracket:
+    """By estimate it stands there more often with a side moved out; drops show none of
+    that.
+    """
+
+    def test_what_drops_refute_is_not_recommended(self, bracket):
+        refuted = [effect for effect in bracket.effects if effect.contradicted]
+        assert max(effect.change for effect in refuted) > 0.015
+        recommended = {effect.number for effect, _ in bracket.gains}
+        assert recommended and recommended.isdisjoint(
+            effect.number for effect in refuted
+        )
+
+    def test_it_is_grey_in_the_picture(self, bracket):
+        colors = face_colors(bracket)
+        is_grey = (colors == PLAIN).all(axis=1)
+        for effect in bracket.effects:
+            if effect.feature.kind == "face":
+                assert is_grey[effect.feature.planes].all() != effect.gains
 
 
 @pytest.fixture(scope="module")
 def suggested():
     """For a prism that is to stand on its ends."""
-    return suggest(PRISM, facing(PRISM, 0.0, 0.0, 1.0), WITHIN, drops=2000, seed=5)
+    return suggest(PRISM, facing(PRISM, 0.0, 0.0, 1.0), WITHIN, drops=3000, seed=5)
 
 
 class TestSuggestion:
     def test_the_ends_of_a_prism_win(self, suggested):
         assert suggested.after - suggested.before > 0.02
-        # Wrong by chance in one seed of 10 000.
-        assert suggested.gain.value > 3.7 * suggested.gain.standard_error
+        assert suggested.gain.low > 0.0
+        assert all(step.gain.value > 0.0 for step in suggested.steps)
 
     def test_it_stays_symmetric(self, suggested):
         """Turned by a sixth about its axis, or upside down, the changed prism is
@@ -163,6 +196,71 @@ class TestSuggestion:
         assert 11e-3 * (1.0 - 1e-9) <= half <= 13e-3 * (1.0 + 1e-9)
 
     def test_a_centre_of_mass_that_moves_with_the_outline_keeps_it_too(self):
-        assert suggest(CLAMP, [0], WITHIN, drops=10, seed=1).center_shift <= WITHIN * (
-            1.0 + 1e-5
+        suggestion = suggest(CLAMP, [0], WITHIN, drops=1000, seed=1)
+        assert 0.0 < suggestion.center_shift <= WITHIN * (1.0 + 1e-5)
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    """Shares of a cube whose face below is to come in half of the throws."""
+    return {
+        pose.index: 0.5 if pose.down[2] < -0.99 else 0.1
+        for pose in resting_poses(CUBE).poses
+    }
+
+
+class TestTarget:
+    """A die whose faces are to come as often as wanted."""
+
+    def test_a_fair_die_is_off_by_what_one_face_lacks(self, loaded):
+        analysis = sensitivity(CUBE, loaded, checks=0)
+        # 1/6 in place of 1/2, and all others 1/15 too often.
+        assert analysis.share == pytest.approx(2.0 / 3.0, abs=1e-9)
+
+    def test_it_is_loaded_towards_the_wanted_face(self, loaded):
+        analysis = sensitivity(CUBE, loaded, step=2e-3, drops=1000, seed=1)
+        effect, _ = analysis.gains[0]
+        assert effect.feature.kind == "centre" and effect.feature.axis == 2
+        assert effect.step < 0.0
+
+    def test_a_suggestion_keeps_the_symmetry_of_the_shares(self, loaded):
+        suggestion = suggest(CUBE, loaded, 2e-3, drops=600, seed=1)
+        x, y, z = suggestion.changed.part.center_of_mass
+        assert z < -1e-4 and max(abs(x), abs(y)) < 1e-9
+        assert suggestion.gain.low > 0.0
+        assert suggestion.dropped_after.value > suggestion.dropped_before.value
+
+    def test_a_fair_die_that_is_to_be_fair_has_nothing_to_gain(self):
+        fair = dict.fromkeys(range(6), 1.0)
+        analysis = sensitivity(
+            CUBE, {pose: share / 6.0 for pose, share in fair.items()}
         )
+        assert analysis.share == pytest.approx(1.0, abs=1e-9)
+        assert analysis.describe_gain().startswith("nothing to gain")
+
+    @pytest.mark.parametrize(
+        ("before", "after"),
+        [
+            ((0.2, 0.4, 0.4), (0.25, 0.375, 0.375)),
+            ((1 / 3, 1 / 3, 1 / 3), (0.32, 0.33, 0.35)),
+            ((0.3, 0.35, 0.35), (0.36, 0.32, 0.32)),
+            ((0.33, 0.33, 0.34), (0.33, 0.34, 0.33)),
+        ],
+    )
+    def test_intervals_of_gains_hold_also_beside_the_wanted_shares(self, before, after):
+        """2000 pairs of drops, of which as many as can come to rest alike."""
+        goal = find_goal({(pose,): 1 / 3 for pose in range(3)}, 3)
+        truth = goal.fulfilment(np.array([0.0, *after])) - goal.fulfilment(
+            np.array([0.0, *before])
+        )
+        random = np.random.default_rng(2)
+        held = []
+        for _ in range(500):
+            throws = random.random(2000)
+            gain = goal.gain(
+                1 + np.searchsorted(np.cumsum(before)[:2], throws),
+                1 + np.searchsorted(np.cumsum(after)[:2], throws),
+            )
+            held.append(gain.low <= truth <= gain.high)
+        # But for three standard errors of 500 intervals.
+        assert np.mean(held) >= 0.9 - 3.0 * math.sqrt(0.09 / 500)

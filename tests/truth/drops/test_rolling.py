@@ -174,4 +174,4 @@ def test_a_changed_part_may_have_lost_a_round_surface():
     pin = part_of(cylinder(0.04, 1.0) + cylinder(1.2, 0.5))
     for pose in resting_poses(pin).poses:
         analysis = sensitivity(pin, [pose.index], drops=20, checks=50, seed=1)
-        assert analysis.drops == 20
+        assert analysis.drops == (20 if analysis.checked else 0)

@@ -117,9 +117,9 @@ def read_count(text: str) -> int:
         number = Decimal("nan")
     # Before the conversion: 1e999999999 as an integer fills the memory.
     if number.is_finite() and number.adjusted() >= MOST_DIGITS:
-        raise _refusal(f"a whole number of at most {MOST_DIGITS} digits", text)
+        raise refusal(f"a whole number of at most {MOST_DIGITS} digits", text)
     if not number.is_finite() or number != number.to_integral_value():
-        raise _refusal("a whole number, for instance 100000 or 1e5", text)
+        raise refusal("a whole number, for instance 100000 or 1e5", text)
     return int(number)
 
 
@@ -138,7 +138,7 @@ def read_length(text: str) -> float:
 
         metres = METRES_PER_UNIT.get(unit_name(length[2] or "m") or "")
     if length is None or metres is None:
-        raise _refusal(
+        raise refusal(
             "a length, for instance 0.2 for metres, 200mm, 20cm or 8inch", text
         )
     return float(length[1]) * metres
@@ -148,7 +148,7 @@ def read_pixel(text: str) -> float:
     """A length above 0."""
     metres = read_length(text)
     if not 0.0 < metres < math.inf:
-        raise _refusal("a length above 0, for instance 0.1mm", text)
+        raise refusal("a length above 0, for instance 0.1mm", text)
     return metres
 
 
@@ -156,7 +156,7 @@ def read_indices(text: str) -> list[int]:
     """Indices of poses, separated by commas or spaces; 0-3 stands for 0,1,2,3."""
     pieces = [piece.split() for piece in text.strip().removesuffix(",").split(",")]
     if not all(pieces):
-        raise _refusal(POSES, text)
+        raise refusal(POSES, text)
     return [
         index for piece in pieces for word in piece for index in _read_range(word, text)
     ]
@@ -168,11 +168,11 @@ def _read_range(word: str, text: str) -> Sequence[int]:
         return [read_count(word)]
     begin, _, end = word.replace("\N{EN DASH}", "-").partition("-")
     if not (begin.isdecimal() and end.isdecimal()):
-        raise _refusal(POSES, text)
+        raise refusal(POSES, text)
     indices = range(read_count(begin), read_count(end) + 1)
     # Before it is written out: a range may be longer than the memory.
     if not indices or indices[-1] - indices[0] >= MOST_RANGE:
-        raise _refusal(
+        raise refusal(
             f"{POSES}; a range rises and has at most {MOST_RANGE} poses", text
         )
     return indices
@@ -192,7 +192,8 @@ class JoinIndices(argparse.Action):
         setattr(namespace, self.dest, list(chain.from_iterable(values or ())))
 
 
-def _refusal(expected: str, text: str) -> argparse.ArgumentTypeError:
+def refusal(expected: str, text: str) -> argparse.ArgumentTypeError:
+    """The error of a word that is not what an option takes."""
     if len(text) > MOST_REPEATED:
         text = f"{text[: MOST_REPEATED - 1]}…"
     return argparse.ArgumentTypeError(f"expected {expected}, got {text!r}")

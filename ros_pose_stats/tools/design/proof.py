@@ -1,0 +1,66 @@
+"""What changes gain by drops: parts before and after them, from the same starts.
+
+All changes are dropped from the same starts, so that the part before is dropped once
+for all of them. Their intervals hold together, so that a change which is chosen for its
+gain gains as much as its interval says.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from ...core.records import Index
+from ...core.simulation.request import DropRequest
+from ...core.statistics.errors import DEFAULT_LEVEL
+from .changes import ChangedPart
+from .paired_drops import PairedDifference
+from .shares import GoalModel
+
+FIRST_LOOK = 1000
+"""Drops of each part that tell how many it takes."""
+
+KNOWN_GAIN = 0.015
+"""Half of the widest interval at which the drops end: a gain or loss of more is sure,
+and what is sure is known to as much."""
+
+SPARE = 1.05
+"""Drops that are made at once over those that the intervals so far ask for."""
+
+
+class Proof(NamedTuple):
+    """Drops of several parts, and what one gains over another."""
+
+    classes: Index  # (V, n); classes of poses in which the parts came to rest
+    gains: tuple[PairedDifference, ...]  # their 90 % intervals hold together
+    drops: int  # of each part
+
+
+def prove_gains(
+    model: GoalModel,
+    changed_parts: Sequence[ChangedPart],
+    comparisons: Sequence[tuple[int, int]],
+    request: DropRequest,
+    on_progress: Callable[[float], object],
+    should_stop: Callable[[], bool],
+) -> Proof:
+    """Drop parts until the gains are known, at most as often as requested.
+
+    `comparisons`: numbers of a part before and of one after, for each gain.
+    """
+    pairs = model.pair_drops(changed_parts, request.seed, request.workers, should_stop)
+    most_drops = request.drops * len(changed_parts)
+    level = 1.0 - (1.0 - DEFAULT_LEVEL) / max(1, len(comparisons))
+    size = min(FIRST_LOOK, request.drops)
+    while True:
+        pairs.drop_until(size, lambda drops_done: on_progress(drops_done / most_drops))
+        classes = model.classes(pairs, changed_parts)
+        gains = tuple(
+            model.goal.gain(classes[before], classes[after], level)
+            for before, after in comparisons
+        )
+        widest = max((0.5 * (gain.high - gain.low) for gain in gains), default=0.0)
+        was_stopped = pairs.drops < size
+        if was_stopped or size == request.drops or widest <= KNOWN_GAIN:
+            return Proof(classes, gains, pairs.drops)
+        needed_drops = math.ceil(SPARE * size * (widest / KNOWN_GAIN) ** 2)
+        size = min(request.drops, needed_drops)
