@@ -59,7 +59,7 @@ def register(commands: arguments.Commands) -> None:
     command.add_argument(
         "--checks",
         type=arguments.read_count,
-        default=8,
+        default=6,
         metavar="N",
         help="changes that are checked by drops, those that gain most by estimate "
         "(default: %(default)s)",
@@ -91,7 +91,7 @@ def register(commands: arguments.Commands) -> None:
         command,
         "--drops",
         default=20_000,
-        help="the most drops of each part; they end where all gains are known to 1.5 "
+        help="the most drops of each part; they end where all gains are known to 1.25 "
         "points (default: %(default)s)",
     )
     arguments.add_options(

@@ -38,7 +38,7 @@ What less does is lost in the estimator's own unevenness (docs/measured/design.m
 SAME_CHANGE = 1e-9
 """Changes of a share this close are a tie: by symmetry both ways change it alike."""
 
-CHECKS = 8
+CHECKS = 6
 CHECK_DROPS = 20_000
 """Effects that are checked, and the most drops of the part before and after each."""
 
@@ -283,7 +283,7 @@ def sensitivity(
         than their error.
     drops : int
         The most of the part before, and after each checked step, from the same starts.
-        They end where each gain is known to 1.5 points, 90 % intervals together.
+        They end where each gain is known to 1.25 points, 90 % intervals together.
     seed : int, optional
         Of the drops; the same one gives the same counts. Default: a fresh one.
     restitution, drop_height, cluster_tolerance, round_sides, workers

@@ -45,7 +45,7 @@ def test_the_same_request_has_the_same_answer_whatever_the_workers(heavy):
         for workers in (1, 2)
     )
     assert plain(first) == plain(two)
-    assert 0 < sum(effect.check is not None for effect in first.effects) <= 8
+    assert 0 < sum(effect.check is not None for effect in first.effects) <= 6
 
 
 def test_all_checks_are_from_the_same_starts(heavy):
@@ -70,7 +70,7 @@ def test_drops_end_where_the_gains_are_known(heavy):
     part, wanted_poses = heavy
     analysis = sensitivity(part, wanted_poses, checks=1, seed=3)
     ((_, check),) = analysis.checked
-    assert check.high - check.low <= 0.03
+    assert check.high - check.low <= 0.025
     assert 1000 <= analysis.drops < 10_000
 
 
