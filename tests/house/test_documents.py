@@ -43,7 +43,9 @@ DRAWN_BY = re.compile(rb"Matplotlib version[\d.]+")
 LAST_LINE = "computed in "
 """Of an answer: how long it took, which differs from run to run."""
 
-DEAR = re.compile(r"\.gif|--png| catalogue | compare | flips | --suggest | 20000 ")
+DEAR = re.compile(
+    r"\.gif|--png| catalogue | compare | flips | --suggest | --target | 20000 "
+)
 """Lines that take seconds: the quick ring asks only whether the parsers take them.
 
 Their commands are tested in `tests/contract/commands`.
