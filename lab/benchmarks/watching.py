@@ -10,6 +10,7 @@ import signal
 import tempfile
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from statistics import median
 
@@ -21,6 +22,7 @@ from lab.bodies.variants import subdivided
 from lab.frame.page import collect_results
 from lab.frame.results import Row, Section, Target
 from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.tools.watching.followed_file import FollowedFile
 from tests.contract.pages.browser import Browser, browser_file
 from tests.contract.pages.watching import WatchingCommand
 
@@ -87,7 +89,9 @@ def time_page(folder: Path, name: str, surface: Surface, saves: int) -> Row:
     try:
         browser.open(command.address)
         wait(1)
+        before = heap_megabytes(browser)
         seconds = time_saves(file, surface, saves, wait)
+        added = heap_megabytes(browser) - before
     finally:
         browser.close()
         command.end()
@@ -95,9 +99,16 @@ def time_page(folder: Path, name: str, surface: Surface, saves: int) -> Row:
         "triangles": len(surface[1]),
         "median, s": median(seconds),
         "longest, s": max(seconds),
+        "heap added, MB": added,
         "saves": saves,
     }
     return Row(name, cells, (Target("median, s", median(seconds), LIMIT_SECONDS),))
+
+
+def heap_megabytes(browser: Browser) -> float:
+    """What the script of the page holds."""
+    browser.ask("HeapProfiler.collectGarbage")
+    return browser.ask("Runtime.getHeapUsage")["usedSize"] / 1e6
 
 
 def page_section(folder: Path, saves: int) -> Section:
@@ -111,6 +122,40 @@ def page_section(folder: Path, saves: int) -> Section:
             time_page(folder, name, surface, saves)
             for name, surface in bodies().items()
         ),
+    )
+
+
+def reading_section(folder: Path, saves: int) -> Section:
+    """From a save to the moment at which the file is read."""
+    file = FollowedFile(folder / "read.stl")
+    surface = clamp_hull()
+    save(file.path, surface, 0)
+    file.take()
+    with ThreadPoolExecutor(1) as pool:
+        seconds = []
+        for number in range(1, saves + 1):
+            reading = pool.submit(file.wait_for_save, lambda: False)
+            save(file.path, surface, number)
+            begin = time.perf_counter()
+            reading.result()
+            seconds.append(time.perf_counter() - begin)
+    looks = 1000
+    begin = time.perf_counter()
+    for _ in range(looks):
+        file.is_saved_anew()
+    look = (time.perf_counter() - begin) / looks
+    cells = {
+        "median, s": median(seconds),
+        "longest, s": max(seconds),
+        "a look, µs": 1e6 * look,
+        "saves": saves,
+    }
+    return Section(
+        "reading",
+        "From a save to its reading",
+        "From the rename of a file to the end of the wait for it to rest, and what one "
+        "look at the file takes.",
+        (Row("hull of the clamp", cells),),
     )
 
 
@@ -166,7 +211,7 @@ def main() -> None:
     is_quick = parser.parse_args().quick
     with tempfile.TemporaryDirectory(prefix="ros_pose_stats_") as name:
         folder = Path(name)
-        sections = []
+        sections = [reading_section(folder, QUICK_SAVES if is_quick else SAVES)]
         if browser_file() is not None:
             sections.append(page_section(folder, QUICK_SAVES if is_quick else SAVES))
         sections.append(
