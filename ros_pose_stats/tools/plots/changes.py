@@ -47,10 +47,9 @@ def changes_figure(sensitivities: sensitivity.Sensitivity) -> Figure:
     """
     figure = figures.new_figure(9.0, 5.6)
     space = sensitivities.space
-    colors = face_colors(sensitivities)
     triangles = visible_triangles(space.part) - space.part.center_of_mass
     body = space.body
-    shades = colors[_faces_of(triangles, body)]
+    shades = triangle_colors(sensitivities, triangles)
     view = rendering.View(
         np.zeros(3), 2.1 * body.radius, (PIXELS, PIXELS), elevation=28.0
     )
@@ -101,6 +100,12 @@ def _gain_lines(sensitivities: sensitivity.Sensitivity) -> list[str]:
         for effect, check in sensitivities.gains[:LISTED]
     ]
     return lines or [sensitivities.describe_gain()]
+
+
+def triangle_colors(sensitivities: sensitivity.Sensitivity, triangles: Array) -> Array:
+    """Colours (t, 3), 0 to 1, of triangles (t, 3, 3) about the centre of mass."""
+    faces = _faces_of(triangles, sensitivities.space.body)
+    return np.asarray(face_colors(sensitivities)[faces])
 
 
 def face_colors(sensitivities: sensitivity.Sensitivity) -> Array:

@@ -13,6 +13,8 @@ class News(NamedTuple):
     title: str
     html: str  # what the page says
     view: str  # JSON of the part in its poses, as of `viewer_data`; empty without part
+    # base64 of the colours of its triangles, three bytes each; empty for none
+    colors: str
 
     def as_json(self, version: int) -> bytes:
         """For a page that has the part of a version; of the same one it is left out."""
@@ -30,11 +32,13 @@ class NewsBoard:
         self._news: News | None = None
         self._is_closed = False
 
-    def publish(self, version: int, title: str, html: str, view: str) -> None:
+    def publish(
+        self, version: int, title: str, html: str, view: str, colors: str = ""
+    ) -> None:
         """Show this from now on."""
         with self._changed:
             number = 0 if self._news is None else self._news.number + 1
-            self._news = News(number, version, title, html, view)
+            self._news = News(number, version, title, html, view, colors)
             self._changed.notify_all()
 
     def wait(self, number: int, seconds: float) -> News | None:

@@ -14,6 +14,7 @@ from ...core.statistics.feeding import Bounded
 from ...core.statistics.pose_groups import pose_groups
 from ..report import words
 from ..report.page import MOST_SHOWN, viewer_data
+from .pushes import Pushes
 from .versions import Change, History, Version
 
 ASSETS = Path(__file__).parent / "assets"
@@ -73,10 +74,12 @@ def version_html(
     drawing: Drawing,
     progress: str,
     trouble: str,
+    pushes: Pushes | None,
 ) -> str:
     """What the page says of the present version.
 
-    `progress`: of its drops, in words; `trouble`: why a later save is not shown.
+    `progress`: of its drops, in words; `trouble`: why a later save is not shown;
+    `pushes`: None as long as they are looked for.
     """
     statistics = version.answer
     groups = pose_groups(statistics)
@@ -104,6 +107,7 @@ def version_html(
         line=share_line(history.shares),
         progress=progress,
         trouble=trouble,
+        pushes=pushes,
         size=np.ptp(version.part.surface_vertices, axis=0).tolist(),
         unit=unit_in_words(statistics.unit),
         warnings=[

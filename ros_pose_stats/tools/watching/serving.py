@@ -9,7 +9,7 @@ from .server import PageServer
 from .session import Session
 
 POLL_SECONDS = 0.1
-END_SECONDS = 1.0  # for the work at hand; a STEP file may take longer to read
+END_SECONDS = 0.5  # for the work at hand; a STEP file may take longer to read
 
 
 def serve(server: PageServer, session: Session) -> None:

@@ -2,18 +2,22 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 from ...base import methods
 from ...base.errors import PoseStatsError
 from ...base.text import several
 from ...core.estimators.estimate import estimate_in
-from ...core.planning.auto import auto
+from ...core.planning.auto import MOST_DROPS, answer_with_drops
 from ...core.records import DropProgress, DropScene, Part
+from ...core.records.scene import DEFAULT_SEED
 from ...core.resting.poses import poses_in
+from ...core.simulation.request import Watch, drop_request
+from ..design.sensitivity import sensitivity
 from . import page
 from .followed_file import FollowedFile
 from .news import NewsBoard
+from .pushes import Pushes, describe_pushes
 from .versions import History, Version
 
 TARGET_ERROR = 0.005
@@ -38,6 +42,11 @@ class Session:
         Takes what the page shows.
     tell : callable
         Takes a line for the terminal for each version.
+
+    Raises
+    ------
+    RequestError
+        If there is no such seed.
     """
 
     def __init__(
@@ -54,13 +63,17 @@ class Session:
         self._load = load
         self._scene = scene
         self._history = history
-        self._seed = seed
+        self._request = drop_request(
+            MOST_DROPS, DEFAULT_SEED if seed is None else seed, TARGET_ERROR
+        )
         self._board = board
         self._tell = tell
         self._drawing: page.Drawing | None = None
         self._progress = ""
         self._trouble = ""
-        self._is_sharp = False  # whether all drops of the present version are done
+        # Of the present version: whether all drops are done, and what changes do.
+        self._is_sharp = False
+        self._pushes: Pushes | None = None
 
     def begin(self) -> None:
         """Show the file as it is, if it is there yet.
@@ -80,9 +93,7 @@ class Session:
     def run(self, should_stop: Callable[[], bool]) -> None:
         """Drop the part while its file rests, and show it anew with every save."""
         while not should_stop():
-            version = self._history.current
-            if version is not None and not self._is_sharp:
-                self._drop(version, should_stop)
+            self._use_rest(lambda: should_stop() or self._file.is_saved_anew())
             if not self._file.wait_for_save(should_stop):
                 return
             saved = _time_of_day()
@@ -108,6 +119,7 @@ class Session:
         self._progress = f"by {estimate.method}, an estimate"
         self._trouble = ""
         self._is_sharp = False
+        self._pushes = None
         self._publish()
         self._tell(self._describe(version))
 
@@ -130,12 +142,19 @@ class Session:
         self._publish()
         self._tell(f"{saved}  not shown: {refusal}")
 
-    def _drop(self, version: Version, should_stop: Callable[[], bool]) -> None:
-        """Drop the part until its numbers are sharp or the file is saved anew."""
-        next_look = time.monotonic() + PUBLISH_SECONDS
+    def _use_rest(self, is_over: Callable[[], bool]) -> None:
+        """Drop the part, then find where to push, while the file rests."""
+        version = self._history.current
+        if version is None:
+            return
+        if not self._is_sharp:
+            self._drop(version, is_over)
+        if self._is_sharp and self._history.has_feeder and self._pushes is None:
+            self._find_pushes(version, is_over)
 
-        def is_over() -> bool:
-            return should_stop() or self._file.is_saved_anew()
+    def _drop(self, version: Version, is_over: Callable[[], bool]) -> None:
+        """Drop the part until its numbers are sharp."""
+        next_look = time.monotonic() + PUBLISH_SECONDS
 
         def report(progress: DropProgress) -> None:
             nonlocal next_look
@@ -146,14 +165,17 @@ class Session:
                 self._progress = f"by {progress.drops} drops so far"
                 self._publish()
 
+        request = self._request
+        if not version.part.error_known:
+            request = replace(request, target_error=0.0)
         try:
-            answer = auto(
+            answer = answer_with_drops(
+                version.estimate,
                 version.part,
-                TARGET_ERROR if version.part.error_known else 0.0,
-                seed=self._seed,
-                on_progress=report,
-                should_stop=is_over,
-                **asdict(self._scene),
+                self._scene,
+                request,
+                # The browser, and the CAD system, go first.
+                Watch(on_progress=report, should_stop=is_over, background=True),
             )
         except PoseStatsError as refusal:  # drops that hardly end
             self._progress = f"{self._progress}; not dropped: {refusal}"
@@ -165,6 +187,25 @@ class Session:
             if answer.drops:
                 self._progress = f"by {several(answer.drops, 'drop')}"
             self._is_sharp = True
+            self._publish()
+
+    def _find_pushes(self, version: Version, is_over: Callable[[], bool]) -> None:
+        """Find which changes raise the accepted share."""
+        wanted = version.poses_of(self._history.wanted_keys)
+        if not (wanted and version.part.error_known):
+            return
+        try:
+            sensitivities = sensitivity(
+                version.part,
+                wanted,
+                seed=self._request.seed,
+                should_stop=is_over,
+                **asdict(self._scene),
+            )
+        except PoseStatsError:  # drops hardly end, which the page says
+            return
+        if not is_over():
+            self._pushes = describe_pushes(sensitivities)
             self._publish()
 
     def _publish(self) -> None:
@@ -179,9 +220,15 @@ class Session:
             version.number,
             f"{100.0 * share.value:.1f} % {self._history.subject}: {name}",
             page.version_html(
-                self._history, version, self._drawing, self._progress, self._trouble
+                self._history,
+                version,
+                self._drawing,
+                self._progress,
+                self._trouble,
+                self._pushes,
             ),
             self._drawing.view,
+            "" if self._pushes is None else self._pushes.colors,
         )
 
 

@@ -88,6 +88,7 @@ def test_the_same_request_gives_the_same_page(box, written):
         (("--watch", "--png", "page.png"), "--watch with the part, the scene"),
         (("--watch", "--no-browser", "--port", "65536"), "a port from 0 to 65535"),
         (("--watch", "--no-browser", "--wanted", "6"), "wanted poses out of 0 to 5"),
+        (("--watch", "--no-browser", "--seed", "-1"), "a seed from 0 to 2^64 - 1"),
     ],
 )
 def test_refused_before_anything_is_written(box, tmp_path, monkeypatch, options, words):

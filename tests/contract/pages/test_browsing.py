@@ -5,6 +5,7 @@ turns.
 import signal
 
 import pytest
+import trimesh
 
 from lab.bodies import shapes
 from tests.answers import write_stl
@@ -209,3 +210,40 @@ def test_the_page_follows_its_file_and_stays_as_it_was_turned(tmp_path, browser)
     )
     complaints = [line for line in browser.complaints if "ERR_CONN" not in line]
     assert [line for line in complaints if not any(w in line for w in HARMLESS)] == []
+
+
+COLORED = """new Promise(done => {
+  const view = document.getElementById("view"), copy = document.createElement("canvas");
+  const look = () => {
+    [copy.width, copy.height] = [view.width, view.height];
+    const pen = copy.getContext("2d");
+    pen.drawImage(view, 0, 0);
+    const data = pen.getImageData(0, 0, copy.width, copy.height).data;
+    let orange = 0;
+    for (let i = 0; i < data.length; i += 4) orange += data[i] > data[i + 2] + 30;
+    if (orange) done([orange, document.querySelectorAll("#pushes li").length]);
+    else setTimeout(look, 100);
+  };
+  look();
+})"""
+"""Once faces are coloured: pixels of the view where to take away, and how many changes
+are listed.
+"""
+
+
+@pytest.mark.long
+def test_where_to_push_is_listed_and_coloured(parts, tmp_path, browser):
+    """A thick clamp that is to lie on its broad faces is better thinner."""
+    clamp = trimesh.load_mesh(parts / "clamp.stl")
+    surface = clamp.vertices * (1.0, 1.0, 1.3), clamp.faces
+    file = write_stl(tmp_path / "thick.stl", surface)
+    command = WatchingCommand(file, "--wanted", "0,1")
+    try:
+        browser.open("about:blank")
+        browser.open(command.address)
+        orange, listed = browser.evaluate(COLORED)
+        assert listed == 3 and orange > 1000
+        listing = browser.evaluate("document.getElementById('pushes').textContent")
+        assert "moved in by" in listing and "points" in listing
+    finally:
+        assert command.end() == (0, "")

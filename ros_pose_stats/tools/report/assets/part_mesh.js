@@ -27,7 +27,15 @@ function readPart(data) {
     normals.push(thin ? [0, 0, 0] : unit(n));
   }
   const lines = creases(corners, normals);
-  return { poses: data.poses, points, corners, count, point, normals, lines };
+  return { poses: data.poses, points, corners, count, point, normals, lines, colors: null };
+}
+
+// Colours of the triangles, red, green and blue from 0 to 1, of three bytes each.
+function readColors(text) {
+  const levels = new Uint8Array(bytes(text)), colors = [];
+  for (let i = 0; i < levels.length; i += 3)
+    colors.push([0, 1, 2].map(k => levels[i + k] / 255));
+  return colors;
 }
 
 // Edges between triangles that meet at an angle, or that only one triangle has.

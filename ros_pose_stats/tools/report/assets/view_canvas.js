@@ -5,7 +5,7 @@ function withPaint(canvas) {
   let part = null;
   return { canvas, kind: "2d", load(loaded) { part = loaded; }, draw };
   function draw(pose, view) {
-    const { points, corners, count, point, normals } = part;
+    const { points, corners, count, point, normals, colors } = part;
     const turn = turning(pose), look = looking(view);
     const [sx, sy] = scales(canvas, view), low = middle(pose);
     const map = p => {
@@ -30,7 +30,7 @@ function withPaint(canvas) {
       const bright = 0.38 + 0.68 * Math.pow(0.5 + 0.5 * dot(facing, LIGHT), 1.5);
       const spot = three(spots, t);
       seen.push([spot[0][2] + spot[1][2] + spot[2][2], spot,
-        `rgb(${PART.map(x => Math.min(255, Math.round(255 * x * bright))).join()})`]);
+        `rgb(${(colors ? colors[t] : PART).map(x => Math.min(255, Math.round(255 * x * bright))).join()})`]);
     }
     seen.sort((a, b) => a[0] - b[0]);
     for (const [, spot, color] of seen) fill(spot, color);

@@ -78,6 +78,12 @@ function startViewer(canvas) {
   window.addEventListener("resize", redraw);
   return {
     chosen: () => place,
+    // Colours of the triangles; null for that of all parts.
+    color(colors) {
+      part.colors = colors;
+      paint.load(part);
+      redraw();
+    },
     show(shown, number) {
       part = shown;
       paint.load(part);

@@ -6,7 +6,7 @@ const viewer = startViewer(document.getElementById("view"));
 const still = painter(document.createElement("canvas"));
 const PICTURE = [490, 368];  // pixels; twice those of a card, for fine screens
 const TRIES = 5, PAUSE = 1000;
-let version = -1, pictures = [], keys = [];
+let version = -1, pictures = [], keys = [], colors = "";
 
 function showNews(news) {
   const chosen = viewer && keys[viewer.chosen()];
@@ -14,7 +14,14 @@ function showNews(news) {
   panel.innerHTML = news.html;
   const cards = [...panel.querySelectorAll(".card")];
   keys = cards.map(card => card.dataset.key);
-  if (news.view) showPart(readPart(JSON.parse(news.view)), Math.max(0, keys.indexOf(chosen)));
+  if (news.view) {
+    showPart(readPart(JSON.parse(news.view)), Math.max(0, keys.indexOf(chosen)));
+    colors = "";
+  }
+  if (viewer && news.colors !== colors) {
+    colors = news.colors;
+    viewer.color(colors ? readColors(colors) : null);
+  }
   version = news.version;
   panel.dataset.version = version;
   cards.forEach((card, k) => {

@@ -1,0 +1,43 @@
+"""Where to push: the changes that drops show to gain most, and the faces they are of."""
+
+import base64
+from typing import NamedTuple
+
+import numpy as np
+
+from ...base.text import points
+from ...core.mesh.decimation import visible_triangles
+from ..design import describe
+from ..design.sensitivity import Sensitivity
+from ..plots.changes import triangle_colors
+
+MOST_LISTED = 3
+
+
+class Pushes(NamedTuple):
+    """What the page says of changes of a version."""
+
+    gains: tuple[tuple[str, str], ...]  # steps and what they gain, in words
+    summary: str  # of all, where nothing is sure
+    judged: str  # by what
+    colors: str  # of the triangles of the view, as of `News`
+
+
+def describe_pushes(sensitivities: Sensitivity) -> Pushes:
+    """The best changes in words, and all that gain as colours."""
+    space = sensitivities.space
+    triangles = visible_triangles(space.part) - space.part.center_of_mass
+    levels = np.rint(255.0 * triangle_colors(sensitivities, triangles))
+    return Pushes(
+        tuple(
+            (
+                describe.name_step(space, effect.number, effect.step),
+                f"{points(check.value)} points "
+                f"({points(check.low)} to {points(check.high)})",
+            )
+            for effect, check in sensitivities.gains[:MOST_LISTED]
+        ),
+        sensitivities.describe_gain(),
+        describe.JUDGED,
+        base64.b64encode(levels.astype(np.uint8).tobytes()).decode(),
+    )
