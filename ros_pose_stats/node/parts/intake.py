@@ -44,6 +44,8 @@ class Intake:
         self._builder = builder
         self._follow = follow
         self._log = equipment.node.get_logger()
+        # that wait to be shown in another scene, each once for all changes
+        self._outdated: set[KnownPart] = set()
         # parts of an earlier run that had no result in the present scene
         self.restored: list[Future[None]] = []
 
@@ -107,12 +109,16 @@ class Intake:
     def show_all_again(self) -> None:
         """Show known parts in another scene, when nothing else waits."""
         for part in self._parts.all():
+            if part in self._outdated:
+                continue
+            self._outdated.add(part)
             showing = self._lanes.put(
                 partial(self._show_again, part), Rank.WHEN_IDLE, _lane_of(part)
             )
             self._refusals.watch_mesh("parameters", showing)
 
     def _show_again(self, part: KnownPart) -> None:
+        self._outdated.discard(part)
         self._builder.find_poses(part.geometry, self._settings().scene())
         part.show_best()
         self._follow(part)

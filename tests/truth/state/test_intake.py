@@ -369,3 +369,18 @@ def test_a_part_that_the_end_of_the_node_keeps_from_being_shown_again_is_not_for
     with pytest.raises(RequestError, match="running node"):
         intake.restored[0].result(60.0)
     parts.forget.assert_not_called()
+
+
+def test_a_part_is_shown_once_for_all_changes_of_settings_that_came_meanwhile(lanes):
+    equipment = equipment_of(lanes, scene=DropScene)
+    part = known_part(source_of(lambda: part_from_mesh(*TETRAHEDRON)), equipment)
+    part.show_best = Mock()
+    intake = Intake(equipment, Mock(all=lambda: [part]), Mock(), Mock())
+    may_end = occupied(lanes, Lane.QUICK)
+    for _ in range(3):
+        intake.show_all_again()
+    may_end.set()
+    for times in (1, 2):
+        lanes.put(lambda: None, Rank.WHEN_IDLE).result(60.0)  # those before are done
+        assert part.show_best.call_count == times
+        intake.show_all_again()
