@@ -15,11 +15,19 @@ LARGE = fine_box(83_000)
 
 LARGE_BYTES = LARGE[0].nbytes + LARGE[1].nbytes
 
+BUILT = 2.5
+"""Times its mesh that such a part takes in memory."""
+
+WORKING_BYTES = 24 * MEGABYTE
+"""Beside built parts: the one that is being built, its messages, and results."""
+
 
 def many_large_parts(setting: Setting) -> Outcome:
-    """More parts than `max_part_bytes` holds, and as many again."""
-    bound = 12 * LARGE_BYTES
-    half = setting.of(16, 13)
+    """As many parts as `max_part_bytes` holds in memory, and as many again, which stay
+    known.
+    """
+    half = setting.of(16, 8)
+    bound = round(BUILT * half * LARGE_BYTES)
     with tried_node(setting.folder, max_part_bytes=bound) as (node, client):
         cell.publish_in_turn(client, LARGE, ["first"])
         sizes = [status(node, "VmRSS")]
@@ -35,9 +43,9 @@ def many_large_parts(setting: Setting) -> Outcome:
         f"{grown / MEGABYTE:.0f} MiB more for a bound of "
         f"{bound / MEGABYTE:.0f}, then {later / MEGABYTE:.0f}, {part_count} parts "
         "known",
-        bounded=grown < 5 * bound,
-        no_more_comes=later < bound,
-        some_are_known=part_count > 0,
+        bounded=grown < bound + WORKING_BYTES,
+        no_more_comes=later < 0.5 * bound,
+        all_are_known=part_count == 1 + 2 * half,
     )
 
 
