@@ -2,7 +2,7 @@
 
 import csv
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from numbers import Integral
 from pathlib import Path
@@ -52,6 +52,20 @@ class CountedPart:
         return np.bincount(self.resting.group, self.counts).astype(np.int64)
 
 
+def shared_out(counted_part: CountedPart) -> Index:
+    """Counts (P,) with those of poses that look alike shared out evenly among them.
+
+    Who counts by hand gives all of them to one.
+    """
+    group = counted_part.resting.group
+    counts = np.empty_like(counted_part.counts)
+    for number, total in enumerate(counted_part.by_group.tolist()):
+        members = np.flatnonzero(group == number)
+        counts[members] = total // members.size
+        counts[members[: total % members.size]] += 1
+    return counts
+
+
 def count_part(
     part: Part,
     counts: Mapping[int, int],
@@ -85,13 +99,32 @@ def count_part(
     return CountedPart(part, count, numbering)
 
 
+COUNT_COLUMNS = "part, pose, count"
+
+
+TABLE_ENDINGS = (".csv", ".tsv", ".txt")
+
+
+def split_tables(files: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
+    """Files that are tables by their names, and the others."""
+    paths = list(map(Path, files))
+    tables = [path for path in paths if path.suffix.lower() in TABLE_ENDINGS]
+    return tables, [path for path in paths if path not in tables]
+
+
+def is_count_table(file: Path) -> bool:
+    """Whether a table's first row is as wide as one of counts by pose."""
+    rows = _read_rows(file, COUNT_COLUMNS)
+    return bool(rows) and len(rows[0][1]) == COUNT_COLUMNS.count(",") + 1
+
+
 def read_count_rows(file: Path) -> dict[Path, Counter[int]]:
     """Read a CSV file with the columns part, pose and count.
 
     The files of parts are looked for beside the table, then in the working directory.
     """
     counts_by_part: dict[Path, Counter[int]] = {}
-    for name, (pose, count) in read_table(file, "part, pose, count", "clamp.stl,0,117"):
+    for name, (pose, count) in read_table(file, COUNT_COLUMNS, "clamp.stl,0,117"):
         neighbour = file.parent / name
         part = (
             Path(name) if not neighbour.exists() and Path(name).exists() else neighbour
@@ -108,23 +141,7 @@ def read_table(file: Path, columns: str, example: str) -> list[tuple[str, list[i
     Raises RequestError if the file cannot be read, or for a row of another kind, with
     its number.
     """
-    try:
-        lines = read_file(file).decode("utf-8-sig").splitlines()
-        first = next((line for line in lines if line.strip()), "")
-        rows = list(
-            csv.reader(lines, delimiter=max(",;\t", key=first.count), strict=True)
-        )
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise RequestError(
-            f"a CSV file in UTF-8 with the columns {columns}",
-            f"{file} ({reason(error)})",
-            "check the path, and that names which hold a separator are quoted",
-        ) from error
-    filled_rows = [
-        (number, [cell.strip() for cell in row])
-        for number, row in enumerate(rows, 1)
-        if any(cell.strip() for cell in row)
-    ]
+    filled_rows = _read_rows(file, columns)
     table = []
     width = columns.count(",") + 1
     for position, (number, row) in enumerate(filled_rows):
@@ -148,3 +165,24 @@ def read_table(file: Path, columns: str, example: str) -> list[tuple[str, list[i
             f"rows of {columns}", f"none in {file}", f"for instance {example}"
         )
     return table
+
+
+def _read_rows(file: Path, columns: str) -> list[tuple[int, list[str]]]:
+    """Rows that are not empty, each with its number."""
+    try:
+        lines = read_file(file).decode("utf-8-sig").splitlines()
+        first = next((line for line in lines if line.strip()), "")
+        rows = list(
+            csv.reader(lines, delimiter=max(",;\t", key=first.count), strict=True)
+        )
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise RequestError(
+            f"a CSV file in UTF-8 with the columns {columns}",
+            f"{file} ({reason(error)})",
+            "check the path, and that names which hold a separator are quoted",
+        ) from error
+    return [
+        (number, [cell.strip() for cell in row])
+        for number, row in enumerate(rows, 1)
+        if any(cell.strip() for cell in row)
+    ]

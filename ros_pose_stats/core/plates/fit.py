@@ -378,7 +378,7 @@ def choose_parts(counted_parts: Iterable[CountedPart]) -> list[CountedPart]:
     usable_parts = [part for part in parts if part.total and part.by_group.size > 1]
     usable_parts.sort(key=lambda part: -part.total)
     usable_parts = usable_parts[:MOST_PARTS]
-    if not usable_parts:
+    if not usable_parts and any(part.total for part in parts):
         raise errors.RequestError(
             "counts of a part that can lie in two ways",
             text.listed([part.part.part_id for part in parts]) or "none",

@@ -1,7 +1,7 @@
 """Bags analysed: predictions beside each other, and beside what cameras counted."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -87,7 +87,11 @@ class BagAnalysis:
     strays: tuple[CountComparison, ...]  # camera counts of parts without any result
 
 
-def analyse_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagAnalysis:
+def analyse_bags(
+    paths: Paths,
+    on_progress: OnProgress | None = None,
+    table_counts: Sequence[CameraCounts] = (),
+) -> BagAnalysis:
     """Read bags and compare estimates, simulations and camera counts in them.
 
     Parameters
@@ -97,6 +101,8 @@ def analyse_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagAnal
         many bags, or single files.
     on_progress : callable, optional
         Told now and then how many bytes have been read, and of how many.
+    table_counts : sequence of CameraCounts
+        Counts from elsewhere, which are compared as those in the bags are.
 
     Returns
     -------
@@ -111,7 +117,7 @@ def analyse_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagAnal
     """
     contents = read_bags(paths, on_progress)
     counts_of_part: dict[PartRecord | None, list[CountComparison]] = {}
-    for counts in contents.counts:
+    for counts in (*contents.counts, *table_counts):
         part, comparison = _compare_counts(counts, contents.parts)
         counts_of_part.setdefault(part, []).append(comparison)
     parts = tuple(

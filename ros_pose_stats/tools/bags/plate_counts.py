@@ -1,12 +1,15 @@
 """Counts of cameras on a plate, with the parts that they are of, out of bags."""
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from ...base.errors import PoseStatsError, RequestError
 from ...base.text import listed, several
-from ...core.plates import CountedPart, count_part
+from ...core.mesh.parts import load_part
+from ...core.plates import CountedPart, count_part, read_count_rows
+from ...core.plates.counts import shared_out
 from ...core.records import Part
 from .bag_reader import OnProgress, read_bags, read_parts
 from .camera_counts import CameraCounts
@@ -55,6 +58,32 @@ def counts_on_plate(
                 f"{problem}"
             )
     return counted_parts, notes
+
+
+def read_table_counts(table: Path, unit: str) -> list[CameraCounts]:
+    """Counts of a table by hand, a part each, as cameras' are; at the table's time.
+
+    `unit`: of files of parts that name none. Poses that look alike share theirs evenly.
+    """
+    time = table.stat().st_mtime_ns if table.exists() else 0
+    counts = []
+    for file, by_pose in read_count_rows(table).items():
+        counted = count_part(load_part(file, unit, unless_declared=True), by_pose)
+        poses = enumerate(shared_out(counted).tolist())
+        counts.append(
+            CameraCounts(
+                counted.part.part_id,
+                counted.part.digest,
+                counted.numbering,
+                plate="",
+                drop_height=math.nan,
+                begin=time,
+                end=time,
+                messages=1,
+                of_pose=Counter(dict(poses)),
+            )
+        )
+    return counts
 
 
 def _read_parts_of(

@@ -21,8 +21,10 @@ def register(commands: arguments.Commands) -> None:
         "bags",
         metavar="DIR",
         nargs="+",
-        help="bag directory, directory of many bags, or single file",
+        help="bag directory, directory of many bags, or single file; or a CSV file of "
+        "counts with the columns part (its file), pose (index) and count",
     )
+    arguments.add_options(command, "--unit", help=arguments.SHARED_UNIT_HELP)
     command.add_argument(
         "--csv", metavar="DIR", help="write tables as CSV files into a directory"
     )
@@ -31,33 +33,41 @@ def register(commands: arguments.Commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Analyse and print; index bags that a node had no time to index."""
+    from ...core.plates.counts import split_tables
     from ...node.recording import repair
     from ..bags.comparisons import analyse_bags
+    from ..bags.plate_counts import read_table_counts
 
     folder = None
     if options.csv is not None:
         folder = arguments.output_folder(options.csv)
         files.refuse_unwritable(folder)
+    tables, bags = split_tables(options.bags)
+    counts = [
+        table_counts
+        for table in tables
+        for table_counts in read_table_counts(table, options.unit)
+    ]
     with running.ProgressBar() as bar:
-        analysis = analyse_bags(options.bags, bar.show_bytes)
-    tables = []
+        analysis = analyse_bags(bags, bar.show_bytes, counts)
+    written_files = []
     if folder is not None:
         from .tables.bag_csv import write_tables
 
-        tables = write_tables(analysis, folder)
+        written_files = write_tables(analysis, folder)
     if options.json:
         from ..bags.plain import as_dict
 
         values = as_dict(analysis)
         if folder is not None:
-            values["csv"] = tables
+            values["csv"] = written_files
         running.print_json(values)
     else:
         from .tables.bag_report import bag_report
 
         print(bag_report(analysis))
-        if tables:
-            print("", *tables, sep="\n")
+        if written_files:
+            print("", *written_files, sep="\n")
     for bag in analysis.contents.whole_bags:
         repair.index_bag(bag)
     return 0

@@ -45,7 +45,11 @@ def register(commands: arguments.Commands) -> None:
         "--plate or --counts thirteen from a twentieth of the part's radius to five "
         "radii, else none)",
     )
-    flip_counts.add_counts_option(command)
+    flip_counts.add_counts_option(
+        command,
+        "; or of parts that were counted as they lie after a drop, with the columns "
+        "part, pose and count, as `report --count-sheet` writes it",
+    )
     flip_counts.add_flips(command)
     arguments.add_options(
         command,
@@ -58,7 +62,9 @@ def register(commands: arguments.Commands) -> None:
 def run(options: argparse.Namespace) -> int:
     """Estimate, kick from every height, plan and print."""
     picture = running.picture_file(options.png)
-    refuse_no_kicks(picture, options)
+    has_landings = flip_counts.is_of_landings(options.counts)
+    flip_table = None if has_landings else options.counts
+    refuse_no_kicks(picture, flip_table, options)
     part = running.load_part_and_kernels(options)
     from ...core.planning import auto, feeding_plan
     from ...core.resting.silhouettes import find_lookalikes
@@ -66,10 +72,12 @@ def run(options: argparse.Namespace) -> int:
 
     cell = cells.read_cell(options)
     estimate = auto.estimate(part, **arguments.scene_keywords(options))
+    if has_landings:
+        estimate = flip_counts.learn_landings(estimate, part, options)
     statistics = find_lookalikes(estimate, part, options.pixel)
     # What is refused is refused at once.
     feeding_plan.plan_feeding(statistics, options.wanted, cell)
-    counted_flips = flip_counts.read_flips(options.counts, len(statistics.poses))
+    counted_flips = flip_counts.read_flips(flip_table, len(statistics.poses))
     kicks = cell.kick_heights(statistics.radius, options.kicks)
     if counted_flips and not kicks:
         kicks = flips.usual_kicks(statistics.radius)
@@ -109,6 +117,7 @@ STATISTICS_KEYS = (
     "part_id",
     "part_digest",
     "method",
+    "counted_parts",
     *SCENE_FIELDS,
     "plate_error",
     "version",
@@ -116,9 +125,11 @@ STATISTICS_KEYS = (
 """What the answer repeats of the estimate."""
 
 
-def refuse_no_kicks(picture: Path | None, options: argparse.Namespace) -> None:
+def refuse_no_kicks(
+    picture: Path | None, flip_table: str | None, options: argparse.Namespace
+) -> None:
     """Refuse options that need kick heights where there are none."""
-    has_usual = options.kicks is None and (options.plate or options.counts)
+    has_usual = options.kicks is None and (options.plate or flip_table)
     if options.kicks or has_usual:
         return
     if picture is not None:
@@ -128,7 +139,7 @@ def refuse_no_kicks(picture: Path | None, options: argparse.Namespace) -> None:
             "name some, for instance --kicks 5mm 10mm, or with --plate leave --kicks "
             "out for the usual thirteen",
         )
-    if options.counts is not None:
+    if flip_table is not None:
         raise RequestError(
             "kick heights beside --counts",
             "none",

@@ -21,8 +21,6 @@ from .terminal import arguments, running
 if TYPE_CHECKING:
     from ...core.plates import CountedPart, PlateFit, PlateProfile
 
-TABLE_ENDINGS = (".csv", ".tsv", ".txt")
-
 
 def register(commands: arguments.Commands) -> None:
     """Add the command."""
@@ -153,11 +151,11 @@ def read_counts(options: argparse.Namespace) -> "tuple[list[CountedPart], list[s
     """Counts in tables and bags, and notes on what could not be used."""
     from ...core.mesh.parts import load_part
     from ...core.plates import count_part, read_count_rows
+    from ...core.plates.counts import split_tables
 
     # A file that is named twice counts once.
     files = {Path(name).resolve(): Path(name) for name in options.counts}.values()
-    tables = [file for file in files if file.suffix.lower() in TABLE_ENDINGS]
-    bags = [file for file in files if file not in tables]
+    tables, bags = split_tables(files)
     counted_parts = [
         count_part(
             load_part(part, options.unit, unless_declared=True),

@@ -5,6 +5,7 @@ import os
 import shlex
 import sys
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,6 +35,7 @@ def register(commands: arguments.Commands) -> None:
             "--kick 0.02 --cycle-time 0.5 -o clamp.html",
             "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0 --changes "
             "-o clamp.html",
+            "ros_pose_stats report demo/clamp.stl --unit mm --count-sheet -o sheet.html",
             "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0 --watch",
             "ros_pose_stats report bracket.stl --unit mm --watch --cad freecad",
         ),
@@ -49,6 +51,13 @@ def register(commands: arguments.Commands) -> None:
         action="store_true",
         help="serve a page on a local address in place of writing one: it shows each "
         "version of the part as soon as its file is saved, and what changed",
+    )
+    command.add_argument(
+        "--count-sheet",
+        action="store_true",
+        help="write a sheet to count by hand in place of the page, for A4: pictures of "
+        "the poses, boxes to tick, which error how many throws leave; and beside it "
+        "counts.csv for the sums, which `fit`, `feeding --counts` and `bag` read",
     )
     command.add_argument(
         "--port",
@@ -115,6 +124,8 @@ def run(options: argparse.Namespace) -> int:
     if options.watch:
         return watch(options)
     page = running.page_file(options.output)
+    if options.count_sheet:
+        return write_sheet(page, options)
     picture = running.picture_file(options.png)
     with running.announce_slow_start(), running.end_on_interrupt():
         from ...base.files import write_file
@@ -153,6 +164,52 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
+def write_sheet(page: Path, options: argparse.Namespace) -> int:
+    """Write a sheet to count by hand, and rows for the part in its table."""
+    refuse_beside(
+        "--count-sheet with the part and the scene", ("wanted", *WRITTEN), options
+    )
+    part = running.load_part_and_kernels(options)
+    from ...base.files import write_file
+    from ...core.planning.auto import estimate
+    from ..report.count_sheet import TABLE, sheet_page, table_with
+
+    with running.end_on_interrupt():
+        statistics = estimate(part, **arguments.scene_keywords(options))
+        table = page.with_name(TABLE)
+        rows = table_with(table, Path(options.part), statistics)
+        html = sheet_page(part, statistics, commands_after_counting(options, TABLE))
+        write_file(page, html.encode(errors="replace"))
+        if rows is not None:
+            write_file(table, rows)
+    state = "has the part already and stays as it is"
+    if rows is not None:
+        state = "has a row a pose for the sums"
+    print(
+        f"{part.part_id}: {statistics.scene}\n{running.describe_size(page)}, for A4\n"
+        f"{text.printable(str(table))}: {state}"
+    )
+    return 0
+
+
+def commands_after_counting(options: argparse.Namespace, table: str) -> list[str]:
+    """Commands that take counts: a plate of several parts, a cell of this one."""
+    values = vars(options)
+    unit = arguments.option_words(values, "unit")
+    numbering = ("cluster_tolerance", "round_sides")
+    part_words = [
+        options.part,
+        *unit,
+        *arguments.option_words(values, "body", "com", "mass", "density", *numbering),
+    ]
+    words = (
+        ["fit", table, *unit, "--plate", "NAME"],
+        ["feeding", *part_words, "--wanted", "0", "--counts", table],
+        ["bag", "BAG", table, *unit],
+    )
+    return [shlex.join(["ros_pose_stats", *command]) for command in words]
+
+
 WRITTEN = ("png", "rate", "kick", "flips", "plate", "pixel", "changes", "drops")
 """Options of a page that is written; the one that follows the file has none of it."""
 
@@ -160,19 +217,26 @@ WRITTEN = ("png", "rate", "kick", "flips", "plate", "pixel", "changes", "drops")
 def check_watch(options: argparse.Namespace) -> None:
     """Refuse options of a page that is written beside --watch, and the reverse."""
     if options.watch:
-        words = arguments.option_words(vars(options), *WRITTEN)
-        if words:
-            raise RequestError(
-                "--watch with the part, the scene, --wanted and --seed",
-                words[0],
-                "write a page with it: -o FILE.html",
-            )
+        refuse_beside(
+            "--watch with the part, the scene, --wanted and --seed",
+            ("count_sheet", *WRITTEN),
+            options,
+        )
     elif options.cad or options.port is not None or options.no_browser:
         raise RequestError(
             "--port, --no-browser and --cad with --watch",
             "-o",
             "add --watch in its place",
         )
+
+
+def refuse_beside(
+    expected: str, names: Sequence[str], options: argparse.Namespace
+) -> None:
+    """Refuse options that say nothing about what was asked for."""
+    words = arguments.option_words(vars(options), *names)
+    if words:
+        raise RequestError(expected, words[0], "write a page with it: -o FILE.html")
 
 
 def watch(options: argparse.Namespace) -> int:

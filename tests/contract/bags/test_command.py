@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.running import ROOT, answer, answer_json
+from lab.bodies import shapes
+from ros_pose_stats import estimate, load_part
+from tests.answers import write_stl
+from tests.running import ROOT, answer, answer_json, refusal
 
 from .messages import counts, event, result
 from .recorders import write_mcap, write_run
@@ -277,3 +280,36 @@ def test_the_python_of_the_page_runs(tmp_path, monkeypatch, capsys):
     for code in codes:
         exec(code, {})
         assert "simulation" in capsys.readouterr().out
+
+
+def test_a_table_of_counts_by_hand_is_compared_as_a_camera_s(tmp_path):
+    """Of poses that look alike one has the counts of all."""
+    box = write_stl(tmp_path / "box.stl", shapes.box(20.0, 30.0, 12.0))
+    part = load_part(box, unit="mm")
+    model = estimate(part, "split")
+    poses = list(model.by_index.values())
+    write_run(
+        tmp_path / "bag",
+        [
+            (
+                "pose_statistics",
+                result(
+                    1.0,
+                    [pose.probability for pose in poses],
+                    group=[pose.group for pose in poses],
+                    part_id=part.part_id,
+                    part_digest=part.digest,
+                    cluster_tolerance=model.cluster_tolerance,
+                ),
+            )
+        ],
+    )
+    table = tmp_path / "counts.csv"
+    table.write_text("part,pose,count\nbox.stl,0,61\nbox.stl,2,30\nbox.stl,4,9\n")
+    values = answer_json("bag", tmp_path / "bag", table, "--unit", "mm")
+    (analysed,) = values["parts"]
+    (counts,) = analysed["counts"]
+    assert counts["problem"] == "" and counts["part_id"] == "box"
+    assert counts["index"] == [0, 1, 2, 3, 4, 5]
+    assert counts["count"] == [31, 30, 15, 15, 5, 4]
+    assert "expected at least one bag" in refusal("bag", table)

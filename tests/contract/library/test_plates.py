@@ -213,6 +213,7 @@ def test_tables_as_people_write_them(folder, text):
         ('"a.stl,0,1', "expected a CSV file"),
         ("\x00\udcff", "expected a CSV file"),
         ("a.stl,6,500", "poses 0 to 5"),
+        ("a.stl,0,0\na.stl,1,0", "got 0; count 50 more"),
     ],
 )
 def test_tables_that_are_none(folder, text, words):

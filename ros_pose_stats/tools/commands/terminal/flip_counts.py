@@ -10,7 +10,7 @@ from ....core.records.scene import DEFAULT_SEED
 from . import arguments, running
 
 if TYPE_CHECKING:
-    from ....core.records import FlipStatistics, Index, Part
+    from ....core.records import FlipStatistics, Index, Part, PoseStatistics
     from ....core.simulation.request import DropRequest
 
 
@@ -35,14 +35,54 @@ def flip_request(options: argparse.Namespace, poses: int) -> "DropRequest":
     )
 
 
-def add_counts_option(command: argparse._ActionsContainer) -> None:
-    """Add `--counts`."""
+def add_counts_option(command: argparse._ActionsContainer, also: str = "") -> None:
+    """Add `--counts`; `also`: what else the file may hold."""
     command.add_argument(
         "--counts",
         metavar="FILE",
         help="CSV file of flips that were counted, "
-        "with the columns setting (its name), from and to (index of a pose), count",
+        "with the columns setting (its name), from and to (index of a pose), count"
+        f"{also}",
     )
+
+
+def is_of_landings(file: str | None) -> bool:
+    """Whether the table of `--counts` has parts as they lie after a drop."""
+    if file is None:
+        return False
+    from ....core.plates.counts import is_count_table
+
+    return is_count_table(Path(file))
+
+
+def learn_landings(
+    statistics: "PoseStatistics", part: "Part", options: argparse.Namespace
+) -> "PoseStatistics":
+    """What is observed by the table of `--counts`.
+
+    Raises RequestError if it has no row of the part.
+    """
+    from ....core.planning.confidence import observe_counts
+    from ....core.plates.counts import count_part, read_count_rows, shared_out
+
+    table = Path(options.counts)
+    file = Path(options.part).resolve()
+    counts_by_file = {
+        path.resolve(): counts for path, counts in read_count_rows(table).items()
+    }
+    if file not in counts_by_file:
+        raise RequestError(
+            f"counts of {options.part}",
+            f"none in {table}",
+            "name the part there as it is named here, or beside the table",
+        )
+    counted = count_part(
+        part,
+        counts_by_file[file],
+        cluster_tolerance=options.cluster_tolerance,
+        round_sides=options.round_sides,
+    )
+    return observe_counts(statistics, shared_out(counted))
 
 
 def read_flips(file: str | None, pose_count: int) -> "dict[str, Index]":
