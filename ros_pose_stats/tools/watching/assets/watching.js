@@ -4,7 +4,7 @@ const section = document.getElementById("dimensions");
 const choices = document.getElementById("poses-of-view");
 const viewer = startViewer(document.getElementById("view"));
 const still = painter(document.createElement("canvas"));
-const PICTURE = [490, 368];  // pixels; twice those of a card, for fine screens
+const PICTURE = [280, 210].map(side => side * Math.min(window.devicePixelRatio || 1, 2));
 const TRIES = 5, PAUSE = 1000;
 let version = -1, pictures = [], keys = [], colors = "";
 
