@@ -1,6 +1,6 @@
 """Judges estimated and told gains by drops: `python -m lab.benchmarks.design [--write]`.
 
-Some half an hour; `--quick`, two minutes.
+Some half an hour; `--quick`: a minute.
 """
 
 from ..program import benchmark_parser, run_benchmark
@@ -11,7 +11,7 @@ if __name__ == "__main__":
         benchmark_parser(
             "lab.benchmarks.design",
             __doc__ or "",
-            quick="the demo parts alone, judged by a quarter of the drops",
+            quick="three demo parts, judged by a quarter of the drops",
         ),
         lambda options: [
             gains_section(options.quick),

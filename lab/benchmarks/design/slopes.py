@@ -88,8 +88,8 @@ def drop_classes(
     case: Case, parts: Sequence[ChangedPart], drops: int, seed: int
 ) -> Index:
     """Classes of poses (V, n) in which changed parts come to rest."""
-    pairs = case.model.pair_drops(parts, seed, WORKERS)
-    pairs.drop_until(drops)
+    pairs = case.model.pair_drops(parts, seed, WORKERS, lambda: False)
+    pairs.drop_until(drops, lambda drops_done: None)
     return case.model.classes(pairs, parts)
 
 

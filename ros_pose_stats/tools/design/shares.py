@@ -63,7 +63,7 @@ class GoalModel:
         changed_parts: Sequence[changes.ChangedPart],
         seed: int,
         workers: int,
-        should_stop: Callable[[], bool] = lambda: False,
+        should_stop: Callable[[], bool],
     ) -> paired_drops.PairedDrops:
         """Changed parts (V) that are to be dropped from the same starts."""
         return paired_drops.PairedDrops(

@@ -116,6 +116,15 @@ def test_a_quick_run_prints_every_table():
     assert len(list(judged(text))) > 5 and "nan" not in text
 
 
+@pytest.mark.long
+def test_told_gains_are_judged_by_other_drops():
+    text = lab("benchmarks.design", "--quick")
+    assert re.search(r"\| demo parts \| \d+ \|", text) and "Derivatives" in text
+    verdicts = list(judged(text))
+    assert len(verdicts) == 4
+    assert all(verdict for *_, limit, _, verdict in verdicts if limit == 1.0)
+
+
 def test_bodies_of_every_family_are_rigid_and_the_same_again():
     for family in FAMILIES:
         parts = [family_part(family, 5, number) for number in (0, 7, 7)]
