@@ -162,6 +162,11 @@ def test_poses_that_come_and_go_are_said(watching, file):
     news = watching.news_with("8 stable poses")
     assert " are new, " in news["html"] and " gone" in news["html"]
     assert "2 wanted poses of the first version are gone" in news["html"]
+    assert news["title"].startswith("0.0 % accepted")
+    save(file, *BOX)
+    returned = watching.news_with("20 × 30 × 40")
+    assert "of the first version" not in returned["html"]
+    assert not returned["title"].startswith("0.0 %")
 
 
 def test_lines_for_a_cad_system_are_printed_first(watching, file):
