@@ -1,7 +1,7 @@
 """The numbers of a report on a part, before they are put into words and pictures."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import NamedTuple
 
 from ...core.estimators import best_method, estimate_all
@@ -68,11 +68,17 @@ class Findings:
     graph: splitting_graph.SplittingNode  # with the shares of the simulated drops
     sphere: pose_sphere.PoseSphere
     feeder: Feeder  # what was asked; without wanted poses there is no feeder
-    accepted: feeding.Bounded | None  # share of the drops that end in wanted poses
+    # share of the parts that end in wanted poses, by `for_feeder`
+    accepted: feeding.Bounded | None
     cell: CellFindings | None
     target_error: float  # that the drops were to reach; 0 where their number was given
     # what changes of the part do to the accepted share
     sensitivity: Sensitivity | None = None
+
+    @property
+    def for_feeder(self) -> PoseStatistics:
+        """What is said of a feeder is by: the drops, with a cell what plans it."""
+        return self.simulated if self.cell is None else self.answer
 
     @property
     def best_estimate(self) -> PoseStatistics:
@@ -141,11 +147,7 @@ def investigate(
         ),
     )
     simulated = find_lookalikes(simulated, part, feeder.pixel)
-    accepted = changes = None
-    if feeder.wanted and simulated.drops > simulated.unsettled:
-        accepted = feeding.accepted_share(
-            pose_groups.pose_shares(simulated), feeder.wanted
-        )
+    changes = None
     estimates = estimate_all(part, **keywords)
     graph = splitting_graph.with_shares(
         splitting_graph.splitting_graph(resting), simulated.poses
@@ -158,7 +160,7 @@ def investigate(
             on_progress=lambda share: on_progress(share, "changes"),
             **keywords,
         )
-    return Findings(
+    findings = Findings(
         part=part,
         simulated=simulated,
         answer=answer,
@@ -166,11 +168,15 @@ def investigate(
         graph=graph,
         sphere=pose_sphere.pose_sphere(resting),
         feeder=feeder,
-        accepted=accepted,
+        accepted=None,
         cell=cell,
         target_error=target,
         sensitivity=changes,
     )
+    if not feeder.wanted or simulated.drops == simulated.unsettled:
+        return findings
+    shares = pose_groups.pose_shares(findings.for_feeder)
+    return replace(findings, accepted=feeding.accepted_share(shares, feeder.wanted))
 
 
 def _plan_cell(

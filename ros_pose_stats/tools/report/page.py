@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.methods import SIMULATION
 from ...base.text import name_poses, ranges
 from ...core.mesh.decimation import visible_triangles
 from ...core.mesh.units import unit_in_words
@@ -127,7 +128,7 @@ def report_page(findings: Findings, commands: tuple[str, ...]) -> str:
             for group, picture in zip(drawn_groups, pictures, strict=True)
         ],
         by_method=_by_method(findings, drawn_groups),
-        feeders=_feeders(statistics, groups),
+        feeders=_feeders(findings.for_feeder),
         kicks=_kicks(findings),
         graph=_graph(findings),
         changes=_changes(findings),
@@ -142,11 +143,13 @@ def report_page(findings: Findings, commands: tuple[str, ...]) -> str:
 
 
 def _feeders(
-    statistics: PoseStatistics, groups: Sequence[PoseGroup]
+    statistics: PoseStatistics,
 ) -> list[tuple[PoseGroup, feeding.Bounded, feeding.Bounded]]:
     """Share and drops of a part where only one group of poses is accepted."""
-    if statistics.drops == statistics.unsettled:
+    is_simulation = statistics.method == SIMULATION
+    if is_simulation and statistics.drops == statistics.unsettled:
         return []
+    groups = pose_groups.pose_groups(statistics)
     dropped = pose_groups.pose_shares(statistics)
     shares = [
         feeding.accepted_share(dropped, group.indices)

@@ -102,14 +102,19 @@ def test_the_first_box_has_the_best_plan_and_not_the_kick_that_was_typed(
 ):
     """It is that of `feeding`, asked for all kicks that the page looks at."""
     page, _ = report
-    share = sum(pose["probability"] for pose in counted["poses"] if pose["index"] < 2)
-    assert f"{percent(share)} of the dropped parts lie in the accepted" in page.text
     usual_kicks = counted["radius"] * np.geomspace(0.05, 5.0, 13)
     cell = parts / "box.stl", "--unit", "mm", "--wanted", "0,1", "--flips", 100
     plan = answer_json("feeding", *cell, "--kicks", 0.02, *usual_kicks)
     value, low, high = plan["per_minute"].values()
     kick = f"kicked by {1e3 * plan['kick_height']:.3g} mm"
     assert plan["kick_height"] not in (0.0, 0.02)
+    accepted, passes = (
+        plan["options"][0][name]["value"] for name in ("accepted", "passes")
+    )
+    assert f"{percent(accepted)} of the dropped parts lie in the accepted" in page.text
+    # The table beside it says the same of these poses.
+    row = rf"poses 0, 1 {percent(accepted)} \([^()]*\) {passes:#.3g} "
+    assert re.search(row, page.text.replace("–", ", "))
     assert (
         f"{value:#.3g} parts picked a minute ({low:#.3g} to {high:#.3g}), {kick}, "
         f"where 60 can be dropped a minute: {plan['cell']}."
