@@ -20,10 +20,10 @@ _ROUGH = 1.0
 asked for: OpenCASCADE bounds the angle between facets as well, so that a part which is
 smaller than that comes out with all its corners, too."""
 
-_FINE = 1e-4
-"""The same as a fraction of the largest extent: a rim as wide as the part has some 150
-sides, one a tenth as wide some 50. Where the system's own bound of the angle asks for
-more, there are more."""
+_FINE = 1e-3
+"""The same as a fraction of the largest extent. It bounds long arcs; rims have some 125
+sides, whatever their size, by the angle that the systems bound on their own. A finer
+one takes FreeCAD minutes for a torus."""
 
 
 def tessellate(shape: Any) -> tuple[Array, Index]:

@@ -55,6 +55,7 @@ DOOR = {
     "simulate_flips",
     "splitting_graph",
     "suggest",
+    "upright",
 }
 
 
