@@ -25,6 +25,10 @@ from . import confidence
 FIRST_CHECKPOINT = 10
 """Drops before the first look at the error: an estimate may need no more."""
 
+SHOWN_SECONDS = 0.1
+"""Between two judgements that are only shown. To judge may take longer than the drops
+since the last time, where these are slow."""
+
 
 def hybrid(
     part: Part,
@@ -106,7 +110,9 @@ def drop_with_prior(
     """
     # They weigh by their errors.
     part.require_known_error("an estimate and drops together")
-    judge = Judge(partial(confidence.judge_drops, prior), first_checkpoint)
+    judge = Judge(
+        partial(confidence.judge_drops, prior), first_checkpoint, SHOWN_SECONDS
+    )
     combined = watch._replace(on_progress=combined_progress(prior, watch.on_progress))
     return hybrid_statistics(count_drops(part, scene, request, combined, judge), prior)
 
