@@ -156,22 +156,19 @@ def expected_errors(
     relative_spread = np.where(is_open, spread * evenness, 1.0)
     pose_errors = measured_errors[:, None] * np.sqrt(relative_spread)
 
-    rocking = rocking_errors(resting, probability)
+    part_errors = measured_errors.tolist()
     rolling = rolling_errors(resting, probability)
-    pose_errors = np.hypot(np.hypot(pose_errors, rocking), rolling)
+    for extra_errors in (rocking_errors(resting, probability), rolling):
+        if extra_errors.any():
+            part_errors = list(map(math.hypot, part_errors, _row_means(extra_errors)))
+            pose_errors = np.hypot(pose_errors, extra_errors)
     pose_errors = np.minimum(pose_errors, 1.0)
     rolling_means = _row_means(rolling)
-    part_errors = [
-        min(math.hypot(math.hypot(measured_error, rocking_mean), rolling_mean), 1.0)
-        for measured_error, rocking_mean, rolling_mean in zip(
-            measured_errors.tolist(), _row_means(rocking), rolling_means, strict=True
-        )
-    ]
     disagreement = float(np.ptp(answers, axis=0).max())
     bounds = bound_pose_errors(pose_errors, resting.group, chosen_fits)
     return [
         ExpectedError(
-            part_errors[k],
+            min(part_errors[k], 1.0),
             math.sqrt(_usual_square(name, scene.restitution)),
             disagreement,
             pose_errors[k],
@@ -196,8 +193,9 @@ def _measured_errors(
     How far each lies beyond the fit, too.
     """
     scale = fitted.error_scale(resting, probability, answers)
-    mean_scale = scale.mean(axis=1)
-    distance = np.square(probability - answers[1]).mean(axis=1)
+    poses = scale.shape[1]
+    mean_scale = scale.sum(axis=1) / poses
+    distance = np.square(probability - answers[1]).sum(axis=1) / poses
     errors = np.zeros(len(fits))
     extrapolation = [0.0] * len(fits)
     rows = np.flatnonzero(mean_scale > SYMMETRY_SCALE)
@@ -219,7 +217,8 @@ def _measured_errors(
 
 def _row_means(values: Array) -> list[float]:
     """Root mean squares of rows (M, P)."""
-    means: list[float] = np.sqrt((values * values).mean(axis=1)).tolist()
+    sums = (values * values).sum(axis=1)
+    means: list[float] = np.sqrt(sums / values.shape[1]).tolist()
     return means
 
 

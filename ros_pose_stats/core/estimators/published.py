@@ -33,6 +33,8 @@ def group_sums(values: Array, group: Index) -> Array:
 
 def share_in_groups(values: Array, group: Index) -> Array:
     """Values of poses (..., P), shared evenly among those of one group (P,)."""
+    if group.max() + 1 == group.size:  # each is a group of its own
+        return values
     # Rows lie one after the other, as they would not by an index: sums round by that.
     shares: Array = group_sums(values, group) / np.bincount(group)
     return shares.take(group, axis=-1)

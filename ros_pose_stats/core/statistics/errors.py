@@ -154,8 +154,10 @@ def largest_errors(
         return np.asarray(joint_probability @ np.asarray(weight, dtype=np.float64))
 
     strides = (probability_within(bounds[:, ::STRIDE]) <= level).sum(axis=1)
-    first = STRIDE * np.clip(strides - 1, 0, (len(BOUND_NODES) - 1) // STRIDE - 1)
-    limits = np.take_along_axis(bounds, first[:, None] + np.arange(STRIDE + 1), axis=1)
+    last_stride = (len(BOUND_NODES) - 1) // STRIDE - 1
+    first = STRIDE * np.minimum(np.maximum(strides - 1, 0), last_stride)
+    rows = np.arange(len(bounds))[:, None]
+    limits = bounds[rows, first[:, None] + np.arange(STRIDE + 1)]
     return [
         min(float(np.interp(level, *columns)), 1.0)
         for columns in zip(probability_within(limits), limits, strict=True)
