@@ -11,7 +11,7 @@ if __name__ == "__main__":
         benchmark_parser(
             "lab.benchmarks.design",
             __doc__ or "",
-            quick="three demo parts, judged by a quarter of the drops",
+            quick="three demo parts alone",
         ),
         lambda options: [
             gains_section(options.quick),
