@@ -101,7 +101,6 @@ def count_part(
 
 COUNT_COLUMNS = "part, pose, count"
 
-
 TABLE_ENDINGS = (".csv", ".tsv", ".txt")
 
 

@@ -227,8 +227,8 @@ def plate_table(plate: "PlateProfile", plate_fit: "PlateFit") -> list[str]:
         f"the default {percent(plate_fit.default_error)}; {test}",
         "",
         *columns(heads, rows),
-        "error: of the part's shares in this scene, in the one that the others ask for, "
-        "and in the default one",
+        "error: of the part's shares in this scene, in the one that the others ask "
+        "for, and in the default one",
     ]
 
 

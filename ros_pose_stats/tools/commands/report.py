@@ -35,7 +35,8 @@ def register(commands: arguments.Commands) -> None:
             "--kick 0.02 --cycle-time 0.5 -o clamp.html",
             "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0 --changes "
             "-o clamp.html",
-            "ros_pose_stats report demo/clamp.stl --unit mm --count-sheet -o sheet.html",
+            "ros_pose_stats report demo/clamp.stl --unit mm --count-sheet "
+            "-o sheet.html",
             "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0 --watch",
             "ros_pose_stats report bracket.stl --unit mm --watch --cad freecad",
         ),

@@ -22,7 +22,7 @@ TABLE = "counts.csv"
 COLUMNS = ("part", "pose", "count")
 
 MOST_DRAWN = 12
-"""Groups of like poses that have a row of boxes; parts in another one are not counted."""
+"""Groups of like poses that have a row; parts in another one are not counted."""
 
 THROWS = (50, 100, 200, 500, 1000)
 
@@ -53,7 +53,7 @@ def sheet_page(
 
 
 def count_errors(statistics: PoseStatistics, throws: int) -> tuple[float, float]:
-    """Errors over the groups to expect after throws: of counts, and beside the model."""
+    """Errors over the groups after throws: of the counts, and beside the model."""
     group_poses = list(statistics.by_index.values())
     group = np.unique([pose.group for pose in group_poses], return_inverse=True)[1]
     share = np.bincount(group, [pose.probability for pose in group_poses])
