@@ -34,7 +34,8 @@ NUMBERED = 1024  # forgotten parts whose revisions go on where they come again
 REFUSED = 1024  # meshes whose refusals are remembered
 SECONDS_BETWEEN = 1.0  # markers
 WEIGHINGS = 30  # turns, one a second, in which all built parts are weighed again
-GROWTH = 8  # times the bytes of its mesh that a built part may well take
+GROWTH = 32  # times the bytes of its mesh that a built part may well take
+SMALL_BYTES = 4096  # of a mesh; what is built of a smaller one takes as much
 
 
 class PartRegistry:
@@ -132,7 +133,7 @@ class PartRegistry:
 
     def has_room(self, part: KnownPart) -> bool:
         """Whether a part can be built with no other one that leaves memory."""
-        return self._built_parts.room >= GROWTH * part.size
+        return self._built_parts.room >= GROWTH * max(part.size, SMALL_BYTES)
 
     def _rebuild(self, part_id: str, digest: str) -> Part:
         """Build a part out of the state; raises PoseStatsError."""

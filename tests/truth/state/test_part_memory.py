@@ -14,7 +14,9 @@ from lab.bodies.slow import ROUND
 from ros_pose_stats import estimate, part_from_mesh, simulate
 from ros_pose_stats.core.mesh.decimation import thin_out, visible_triangles
 from ros_pose_stats.core.records.part import memory_bytes
+from ros_pose_stats.node.lanes import Lanes, Rank
 from ros_pose_stats.node.messages.part_requests import PartRequest, build_part
+from ros_pose_stats.node.parts.intake import Intake
 from ros_pose_stats.node.parts.registry import PartRegistry
 from ros_pose_stats.node.state import State
 from tests.contract.node.harness.parts import WEDGE, fine_box, scaled
@@ -79,6 +81,8 @@ def registry_of(tmp_path):
     states = []
 
     def begin(most_bytes):
+        for earlier_state in states:
+            earlier_state.close()
         state = State(tmp_path / "state.sqlite3")
         states.append(state)
         equipment = equipment_of(state=state, max_part_bytes=most_bytes, max_parts=100)
@@ -158,6 +162,27 @@ def test_a_part_is_drawn_when_it_has_left_memory(registry_of):
     coarse = part.draw(100)
     assert 0 < len(coarse) <= 100
     np.testing.assert_allclose(np.ptp(coarse, (0, 1)), np.ptp(triangles, (0, 1)))
+
+
+def test_a_start_builds_the_parts_used_last_as_far_as_there_is_room(registry_of):
+    first_registry = registry_of(10**7)
+    for factor in np.linspace(1.0, 1.1, 12):
+        known_part(first_registry, scaled(factor), f"part {factor}")
+    registry = registry_of(150_000)
+    registry.restore()
+    parts = registry.all()
+    for part in parts:
+        part.latched = Mock()
+        part.lacks_check = lambda: False
+    lanes = Lanes(lambda: 2**20)
+    lanes.start()
+    try:
+        Intake(equipment_of(lanes), registry, Mock(), Mock()).restore()
+        lanes.put(lambda: None, Rank.WHEN_IDLE).result(60.0)
+    finally:
+        lanes.close()
+    is_built = [part.is_built for part in parts]
+    assert is_built == sorted(is_built) and is_built[-1] and not is_built[0]
 
 
 def test_a_drawing_of_loose_triangles_thins_out():
