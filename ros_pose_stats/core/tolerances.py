@@ -164,6 +164,12 @@ of the rim, so that no number of steps is right for all; the slowest ones seen l
 fifth each time.
 """
 
+LONG_DROP = 100
+"""Impacts and steps of a drop, from which on one of equal poses is drawn.
+
+Most drops have ended by then, on the pose that a recording shows.
+"""
+
 MOST_GRANTS = 12
 """Times that so many steps are granted: more than any rolling part took.
 

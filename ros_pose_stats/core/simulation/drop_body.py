@@ -9,6 +9,7 @@ import numpy as np
 from ..kernels.body.convex_body import build_body
 from ..kernels.body.own_frame import own_frame
 from ..kernels.drops import evolve, layout
+from ..kernels.levels.merge_tree import part_poses
 from ..kernels.principal_axes import principal_axes
 from ..mesh import vectors
 from ..mesh.hull import hull_of
@@ -176,6 +177,7 @@ def _prepare(
         side_right=sides.right_pose,
         pose_level=resting.heights,
         way_out=resting.clusters.exit_level,
+        unit_way_out=_unit_exits(resting),
         rim=rims.rim,
         rim_pose=rims.pose,
         rim_poses=rims.poses,
@@ -183,6 +185,22 @@ def _prepare(
         turn_limit=min(evolve.TURN, 2.0 * math.sqrt(LOW_CORNERS / corner.shape[0])),
     )
     return PreparedBody(resting, arrays, frame, turn, corner, is_rounded)
+
+
+def _unit_exits(resting: poses.RestingPoses) -> Array:
+    """Level (P,) of the lowest saddle from any pose of a unit to one of another.
+
+    Infinite where all poses are one unit.
+    """
+    tree = resting.equilibria.arrays.tree
+    pose = resting.clusters.pose[resting.equilibria.rank]
+    unit_of_node, is_mixed = part_poses(tree, resting.unit[pose])
+    children = unit_of_node[tree.child[is_mixed]]
+    is_unit = children >= 0
+    level = np.broadcast_to(tree.level[is_mixed, None], children.shape)
+    exits = np.full(len(resting.poses), math.inf)
+    np.minimum.at(exits, children[is_unit], level[is_unit])
+    return np.asarray(exits[resting.unit])
 
 
 class Neighbours(NamedTuple):

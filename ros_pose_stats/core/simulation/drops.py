@@ -38,8 +38,8 @@ class DropOutcomes(NamedTuple):
     trapped: Mask
     # (n,) bool; whether it was released touching the plate, for want of height
     touched: Mask
-    # (n,) bool; whether it was to roll on for ever over poses that symmetry makes
-    # equal, of which `pose` was drawn
+    # (n,) bool; whether it ended on poses that symmetry makes equal, of which `pose` was
+    # drawn
     drawn: Mask
 
     def first(self, count: int) -> "DropOutcomes":
@@ -60,8 +60,9 @@ def drop_rules(
 ) -> layout.DropRules:
     """The scene and `tolerances` in the kernels' units.
 
-    `to_rest`: go on until the part lies still. `draws`: end a drop that rolls on for
-    ever over poses that are equal, of which one is to be drawn then.
+    `to_rest`: go on until the part lies still. `draws`: end a drop that takes long,
+    or rolls for long, as soon as all poses left to it are equally probable, of which
+    one is to be drawn then.
     """
     slow = max(SLOW, SOON_OVER * (1.0 - scene.restitution))
     return layout.DropRules(
@@ -135,7 +136,7 @@ def compute_motions(
     outcome = np.empty((states.shape[0], 5), dtype=np.int64)
     measure = np.empty((states.shape[0], 2))
     drop.run_drops(body.arrays, rules, states, outcome, measure, tape)
-    is_drawn = outcome[:, layout.ENDING] == layout.ROLLING
+    is_drawn = outcome[:, layout.ENDING] == layout.DRAWN
     return DropOutcomes(
         outcome[:, layout.POSE],
         outcome[:, layout.IMPACT_COUNT],
@@ -159,7 +160,7 @@ common."""
 def draw_poses(
     body: PreparedBody, outcomes: DropOutcomes, seed: int, first: int
 ) -> DropOutcomes:
-    """Draw poses for drops that roll on for ever, fairly by the seed and their number.
+    """Draw poses for drops that ended before, fairly by the seed and their number.
 
     `outcomes`: of drop `first` and those that follow.
     """

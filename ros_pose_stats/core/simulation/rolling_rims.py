@@ -1,4 +1,4 @@
-"""Rings of facets on which a part can roll on for ever, and what rolls set free."""
+"""Rings of facets on which a part can roll on for long, and what rolls set free."""
 
 import math
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from ..resting import convex_body, poses, turns
 class RollingRims(NamedTuple):
     """What is added to a drop body; `kernels.drops.drop` tells how it is used."""
 
-    rim: Array  # (R, 10); see `kernels.drops.layout`
+    rim: Array  # (R, 11); see `kernels.drops.layout`
     pose: Index  # (R,); a pose of each
     poses: Index  # (R,); how many it has, all of one unit
     corner_rim: Index  # (C,); rim that a corner is on, -1 for none
@@ -24,29 +24,26 @@ class RollingRims(NamedTuple):
 def find_rolling_rims(
     resting: poses.RestingPoses, moment: Array, axes: Array, corner: Index
 ) -> RollingRims:
-    """Find the rings of facets on which a part can roll on for ever.
+    """Find the rings of facets on which a part can roll on for long.
 
-    Those whose poses are one unit, all of it: where such a roll ends is certain, or
-    remains to be drawn. `moment`: of unit mass, lengths in radii; `corner` (C,): hull
-    point of each row in the tables.
+    Where a roll ends that does not tip over is certain if its poses are one unit, or
+    remains to be drawn; else once it keeps to the arc of one pose. `moment`: of unit
+    mass, lengths in radii; `corner` (C,): hull point of each row in the tables.
     """
     body = resting.body
     rows: list[list[float]] = []
     rim_poses: list[Index] = []
     corner_rim = np.full(body.points.shape[0], -1)
     for ring in _find_rings(resting):
-        ring_poses = np.unique(resting.pose_of_face[ring.faces])
-        unit = np.flatnonzero(resting.unit == resting.unit[ring_poses[0]])
-        numbers = np.unique(body.arrays.corner[ring.sides])
-        is_certain = ring_poses.size == 1 or np.array_equal(ring_poses, unit)
-        if not is_certain or (corner_rim[numbers] >= 0).any():
+        if (corner_rim[body.arrays.corner[ring.sides]] >= 0).any():
             continue
-        row = _rim_row(body, ring, moment, axes)
-        if row is None:
-            continue
-        corner_rim[numbers] = len(rows)
-        rows.append(row)
-        rim_poses.append(ring_poses)
+        for arc in _arcs(resting, ring):
+            row = _rim_row(body, arc.ring, moment, axes)
+            if row is None:
+                continue
+            corner_rim[arc.corners] = len(rows)
+            rows.append([*row, arc.way_out])
+            rim_poses.append(arc.poses)
     return RollingRims(
         np.array(rows).reshape(-1, layout.RIM),
         np.array([int(poses[0]) for poses in rim_poses], dtype=np.int64),
@@ -62,6 +59,50 @@ class Ring(NamedTuple):
     faces: Index  # (F,)
     sides: Index  # (N,); all of theirs
     ends: Index  # (E,); those that bound the ring
+
+
+class Arc(NamedTuple):
+    """Facets of a ring on which a roll ends in one pose, or in poses of one unit."""
+
+    ring: Ring  # those facets alone
+    poses: Index
+    corners: Index
+    way_out: float  # level of the edges over which the roll leaves them, if any
+
+
+def _arcs(resting: poses.RestingPoses, ring: Ring) -> Iterator[Arc]:
+    """The whole ring where its poses are one unit, all of it; else an arc a pose.
+
+    An arc ends a facet before those of other poses, which may be much wider.
+    """
+    arrays = resting.body.arrays
+    pose_of_face = resting.pose_of_face
+    ring_poses = np.unique(pose_of_face[ring.faces])
+    unit = np.flatnonzero(resting.unit == resting.unit[ring_poses[0]])
+    if ring_poses.size == 1 or np.array_equal(ring_poses, unit):
+        yield Arc(ring, ring_poses, arrays.corner[ring.sides], math.inf)
+        return
+    inner = np.setdiff1d(ring.sides, ring.ends)
+    side_pose = pose_of_face[arrays.face[inner]]
+    is_border = side_pose != pose_of_face[arrays.face[arrays.twin[inner]]]
+    border_corner = arrays.corner[inner[is_border]]
+    level = vectors.lengths(
+        vectors.cross(resting.body.points[border_corner], ring.axis)
+    )
+    is_inside = np.ones(resting.body.faces, dtype=np.bool_)
+    is_inside[arrays.face[inner[is_border]]] = False
+    for pose in ring_poses.tolist():
+        is_arc = is_inside & (pose_of_face == pose)
+        faces = ring.faces[is_arc[ring.faces]]
+        if faces.size < FEWEST_FACETS:
+            continue
+        sides = ring.sides[is_arc[arrays.face[ring.sides]]]
+        ends = ring.ends[is_arc[arrays.face[ring.ends]]]
+        way_out = float(level[side_pose[is_border] == pose].min())
+        corners = np.setdiff1d(arrays.corner[sides], border_corner)
+        yield Arc(
+            Ring(ring.axis, faces, sides, ends), np.array([pose]), corners, way_out
+        )
 
 
 FEWEST_FACETS = 8  # of a ring; on fewer a roll ends before it could be told
@@ -149,11 +190,7 @@ def _rim_row(
     edge = np.hypot(height, end_distance)
     rise = float((edge - height).min())
     distance = arrays.distance[ring.faces]
-    chord: Array = np.zeros(body.faces)
-    chord[arrays.face[ring.ends]] = vectors.lengths(
-        vectors.cross(end - begin, ring.axis)
-    )
-    chord = chord[ring.faces]
+    chord = _widths(body, ring)[ring.faces]
     (axle,) = vectors.turn_vectors(ring.axis[None], axes)
     axle_inertia, bump_share, single_share, swing = _free_roll_shares(
         chord,
@@ -172,6 +209,20 @@ def _rim_row(
         single_share,
         swing,
     ]
+
+
+def _widths(body: convex_body.ConvexBody, ring: Ring) -> Array:
+    """How wide each face (F,) of a ring is across the axis; 0 for others."""
+    arrays = body.arrays
+    face = arrays.face[ring.sides]
+    across = vectors.cross(ring.axis[None], arrays.normal[face])
+    place = (body.points[arrays.corner[ring.sides]] * across).sum(axis=1)
+    low: Array = np.zeros(body.faces)
+    high: Array = np.zeros(body.faces)
+    low[face] = high[face] = place
+    np.minimum.at(low, face, place)
+    np.maximum.at(high, face, place)
+    return high - low
 
 
 def _weight_swing(body: convex_body.ConvexBody, ring: Ring, chord: Array) -> float:

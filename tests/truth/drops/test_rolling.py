@@ -4,17 +4,17 @@ wrongly.
 
 import numpy as np
 import pytest
-from manifold3d import CrossSection, Manifold
 from scipy.stats import chisquare
 
-from lab.bodies.fine_parts import surface
-from ros_pose_stats import (
-    DropScene,
-    part_from_mesh,
-    resting_poses,
-    sensitivity,
-    simulate,
+from lab.bodies.rolling import (
+    ROLLING,
+    cylinder,
+    oval,
+    part_of,
+    run_on,
+    shaft_between,
 )
+from ros_pose_stats import DropScene, resting_poses, sensitivity, simulate
 from ros_pose_stats.core.simulation.drop_body import drop_body
 from ros_pose_stats.core.simulation.drops import (
     compute_drops,
@@ -24,18 +24,7 @@ from ros_pose_stats.core.simulation.drops import (
 from tests.answers import counts
 from tests.truth.drops.recorded import SURE, outcomes
 
-
-def part_of(solid):
-    return part_from_mesh(*surface(solid))
-
-
-def cylinder(height, radius, above=0.0, offset=0.0):
-    return Manifold.cylinder(height, radius, circular_segments=96).translate(
-        (offset, 0.0, above)
-    )
-
-
-RING = part_of(cylinder(0.6, 1.0) - cylinder(1.0, 0.6, above=-0.1))
+RING = ROLLING["ring"]()
 # A disc with a large hole beside its axis: upright it swings about its heaviest side.
 COVER = part_of(cylinder(0.2, 1.0) - cylinder(1.0, 0.4, above=-0.5, offset=0.45))
 TUBE = cylinder(0.3, 0.4, above=1.0) - cylinder(0.3, 0.38, above=1.0)
@@ -114,16 +103,22 @@ def test_edges_along_the_axis_tip_nothing_over():
     assert outcomes(SHAFT, 100, 0.5, starts=starts, round_sides=96).impacts.mean() < 40
 
 
-def oval(sides, width, length):
-    """An elliptic cylinder, and one with two flats cut into it."""
-    angle = np.arange(sides) * 2.0 * np.pi / sides
-    outline = np.column_stack((np.cos(angle), width * np.sin(angle)))
-    return Manifold.extrude(CrossSection([outline]), length)
+def compare_run_on(part, restitution, drops):
+    """Outcomes of drops, their units, and the events that the same ones take run on.
 
-
-def flats(width, length):
-    block = Manifold.cube((3.0, 2.0 * width, 3.0 * length), center=True)
-    return cylinder(length, 1.0) ^ block
+    All must end in the same unit, those of which no pose is drawn in the same pose.
+    """
+    scene = DropScene(restitution)
+    body = drop_body(part, scene)
+    rules = drop_rules(scene, body.radius, draws=True)
+    downs = release_directions(body, 5, 0, drops)
+    short = compute_drops(body, rules, downs)
+    whole = compute_drops(run_on(body), rules, downs)
+    unit = body.resting.unit
+    np.testing.assert_array_equal(unit[short.pose], unit[whole.pose])
+    settled = ~short.drawn
+    np.testing.assert_array_equal(short.pose[settled], whole.pose[settled])
+    return short, unit, int(whole.events.sum())
 
 
 @pytest.mark.parametrize(
@@ -132,29 +127,48 @@ def flats(width, length):
         (part_of(oval(96, 0.9, 1.5)), 0.5),
         (part_of(oval(96, 0.9, 1.5)), 0.8),
         (part_of(oval(60, 0.7, 0.8)), 0.2),
-        (part_of(flats(0.95, 1.5)), 0.5),
+        (part_of(shaft_between(-0.95, 0.95, 1.5)), 0.5),
+        (part_of(shaft_between(-0.8, 0.8, 3.0)), 0.5),
+        (ROLLING["hexagonal cap nut"](), 0.5),
     ],
 )
-def test_rolls_over_equal_poses_are_drawn(part, restitution):
-    """A roll that will end on one of two equal sides is over; run on it ends there."""
+def test_long_drops_over_equal_poses_are_drawn(part, restitution):
+    """A drop that will end on one of several equal poses is over; run on it ends
+    there.
+    """
+    short, unit, whole_events = compare_run_on(part, restitution, 300)
+    assert short.drawn.mean() > 0.4 and short.events.sum() < 0.5 * whole_events
     chunks = []
-    simulate(part, 400, restitution, 5, workers=1, on_drops=chunks.append)
-    pose, drawn, events = (
+    simulate(part, 300, restitution, 5, workers=1, on_drops=chunks.append)
+    pose, drawn = (
         np.concatenate([getattr(chunk.outcomes, name) for chunk in chunks])
-        for name in ("pose", "drawn", "events")
+        for name in ("pose", "drawn")
     )
-    scene = DropScene(restitution)
-    body = drop_body(part, scene)
-    whole = compute_drops(
-        body, drop_rules(scene, body.radius), release_directions(body, 5, 0, 400)
-    )
-    unit = body.resting.unit
-    np.testing.assert_array_equal(unit[pose], unit[whole.pose])
-    np.testing.assert_array_equal(pose[~drawn], whole.pose[~drawn])
-    assert drawn.mean() > 0.5 and events.sum() < 0.5 * whole.events.sum()
-    sides = np.bincount(pose[drawn])
-    sides = sides[sides > 0]
-    assert len(sides) == 2 and chisquare(sides).pvalue > SURE
+    np.testing.assert_array_equal(unit[pose], unit[short.pose])
+    np.testing.assert_array_equal(drawn, short.drawn)
+    most_drawn = np.bincount(unit[pose[drawn]]).argmax()
+    members = np.flatnonzero(unit == most_drawn)
+    sides = np.bincount(pose[drawn], minlength=unit.size)[members]
+    assert len(sides) > 1 and chisquare(sides).pvalue > SURE
+
+
+@pytest.mark.parametrize(
+    ("name", "fewer"), [("half cylinder", 0.5), ("oval with a flat", 0.7)]
+)
+def test_a_roll_that_keeps_to_an_arc_is_over(name, fewer):
+    """A flat beside the arc is another pose, which the roll no longer reaches; nor do
+    its ends.
+    """
+    short, _, whole_events = compare_run_on(ROLLING[name](), 0.5, 300)
+    assert not short.drawn.any()
+    assert short.events.sum() < fewer * whole_events
+
+
+def test_a_facet_is_as_wide_as_it_is():
+    """Chamfers cut the ends of an octagon's sides to pieces: it hardly rolls on
+    these.
+    """
+    compare_run_on(ROLLING["octagonal cap nut"](), 0.5, 150)
 
 
 def test_a_leaning_part_does_not_roll_upright():

@@ -1,8 +1,9 @@
 """Drops from release to a certain outcome, from one event to the next."""
 
 import math
+from typing import NamedTuple
 
-from ...tolerances import MOST_GRANTS, PROGRESS, TRAP
+from ...tolerances import LONG_DROP, MOST_GRANTS, PROGRESS, TRAP
 from ..array_types import Array, Array2, Fixed2, Index, Index2
 from ..compilation import entry_kernel, inlined
 from ..vectors import Vec3, cross, dot, products, read_row, read_vector, scale, subtract
@@ -30,12 +31,27 @@ def run_drops(
     events of the last drop from row 1 on; empty for none.
     """
     work = layout.new_work(body.x.shape[0])
-    highest_exit = 0.0
-    for level in body.way_out:
-        highest_exit = max(highest_exit, level)
+    highest_exit = HighestExit(_highest(body.way_out), _highest(body.unit_way_out))
     for i in range(releases.shape[0]):
-        _release_body(body, rules, releases[i], highest_exit, work, outcome[i], tape)
+        _release_body(
+            body, rules, releases[i], highest_exit.of_pose, work, outcome[i], tape
+        )
         _follow_drop(body, rules, highest_exit, work, outcome[i], measure[i], tape)
+
+
+class HighestExit(NamedTuple):
+    """Levels above which no drop is decided but by a roll."""
+
+    of_pose: float
+    of_unit: float  # from `LONG_DROP` on, where poses are drawn
+
+
+@inlined
+def _highest(levels: Array) -> float:
+    highest = 0.0
+    for level in levels:
+        highest = max(highest, level)
+    return highest
 
 
 @inlined
@@ -86,7 +102,7 @@ def _release_body(
 def _follow_drop(
     body: layout.DropBody,
     rules: layout.DropRules,
-    highest_exit: float,
+    highest_exit: HighestExit,
     work: layout.Work,
     outcome: Index,
     measure: Array,
@@ -121,7 +137,7 @@ def _follow_drop(
 def judge_outcome(
     body: layout.DropBody,
     rules: layout.DropRules,
-    highest_exit: float,
+    highest_exit: HighestExit,
     work: layout.Work,
 ) -> tuple[int, int]:
     """Whether and how the drop has ended, and the pose (-1 while it has not)."""
@@ -134,15 +150,20 @@ def judge_outcome(
         rim >= 0
         and not rules.to_rest
         and (rules.draws or body.rim_poses[rim] == 1)
+        and remaining_energy < body.rim[rim, layout.RIM_WAY_OUT] - TRAP
         and rolls_upright(body, rules, work, rim, remaining_energy)
     ):
-        ending = layout.TRAPPED if body.rim_poses[rim] == 1 else layout.ROLLING
+        ending = layout.TRAPPED if body.rim_poses[rim] == 1 else layout.DRAWN
         return ending, int(body.rim_pose[rim])
-    if not is_resting and remaining_energy >= highest_exit:
+    may_draw = rules.draws and work.tally[layout.EVENTS] >= LONG_DROP
+    level = highest_exit.of_unit if may_draw else highest_exit.of_pose
+    if not is_resting and remaining_energy >= level:
         return layout.UNSETTLED, -1
     pose = pose_below(body, layout.up_of(work.state), work.tally[layout.LOWEST])
     if not rules.to_rest and remaining_energy < body.way_out[pose] - TRAP:
         return layout.TRAPPED, pose
+    if may_draw and remaining_energy < body.unit_way_out[pose] - TRAP:
+        return layout.DRAWN, pose
     if is_resting:
         return layout.RESTING, pose
     return layout.UNSETTLED, -1

@@ -43,7 +43,7 @@ FACE = 3
 UNSETTLED = 0
 TRAPPED = 1
 RESTING = 2
-ROLLING = 3  # for ever on a rim, whose poses are equally probable
+DRAWN = 3  # on one of several poses that are equally probable, still to be drawn
 
 # contact (7,)
 CORNER = 0  # 0, 1, 2: a vertex
@@ -86,7 +86,7 @@ BALL_BEGIN = 0  # first corner
 BALL_END = 1  # last corner + 1
 BALL_NEXT = 2  # node that follows the subtree
 
-# columns of the rims (R, 10)
+# columns of the rims (R, 11)
 AXLE = 0  # 0, 1, 2: direction of its axis
 AXLE_INERTIA = 3  # moment of inertia about the axis through the centre of mass
 TILT = 4  # sine of the tilt at which the body tips over an end
@@ -95,7 +95,8 @@ LOWEST_LEVEL = 6  # height of the centre of mass on the lowest facet
 BUMPS = 7  # share of a roll's energy that going on from facet to facet keeps free
 SINGLE = 8  # share that one facet, or an axis askew to the principal ones, sets free
 SWING = 9  # by how much a unit of a roll's energy multiplies that besides it, at most
-RIM = 10
+RIM_WAY_OUT = 10  # level of the edges over which a roll leaves it, infinite for none
+RIM = 11
 
 # columns of an outcome (k, 5) and its measures (k, 2)
 POSE = 0
@@ -142,7 +143,8 @@ class DropBody(NamedTuple):
     side_right: Index1  # (N,)
     pose_level: Array1  # (P,) level of each pose
     way_out: Array1  # (P,) level of the saddle that leads out of it
-    rim: Array2  # (R, 10) what a rim does to a roll, see RIM
+    unit_way_out: Array1  # (P,) that out of all poses as probable as it by symmetry
+    rim: Array2  # (R, 11) what a rim does to a roll, see RIM
     rim_pose: Index1  # (R,) a pose that it has
     rim_poses: Index1  # (R,) how many it has
     corner_rim: Index1  # (C,) rim that a corner is on, -1 for none
@@ -155,7 +157,7 @@ class DropRules(NamedTuple):
     restitution: float
     height: float  # of the centre of mass where it is released at rest, radii
     to_rest: bool  # go on when the outcome is decided
-    draws: bool  # end a roll for ever whose pose remains to be drawn
+    draws: bool  # end where what remains is to draw one of equally probable poses
     truncation: float
     touching: float
     slow: float
