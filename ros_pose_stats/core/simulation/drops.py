@@ -12,6 +12,7 @@ from ..records import Array, DropScene, Index, Mask
 from ..records.scene import GRAVITY
 from ..tolerances import (
     MOST_STEPS,
+    SAME_DOWN,
     SLOW,
     SOFT,
     SOFT_SHARE,
@@ -162,12 +163,14 @@ def draw_poses(
 ) -> DropOutcomes:
     """Draw poses for drops that ended before, fairly by the seed and their number.
 
-    `outcomes`: of drop `first` and those that follow.
+    Members of a unit are counted in the frame of the part's own, so that copies of a
+    part draw the same ones. `outcomes`: of drop `first` and those that follow.
     """
     if not outcomes.drawn.any():
         return outcomes
     unit = body.resting.unit
-    order = np.argsort(unit, kind="stable")
+    downs = np.rint(body.frame_directions(body.resting.downs) / SAME_DOWN)
+    order = np.lexsort((*downs.T, unit))
     size = np.bincount(unit)
     unit_start = np.cumsum(size) - size
     drawn_unit = unit[outcomes.pose]
