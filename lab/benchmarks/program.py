@@ -14,8 +14,9 @@ BENCHMARKS = Page(
     """# Benchmarks
 
 Written by `python -m lab.benchmarks.core --write`, and so by `lab.benchmarks.start`,
-`lab.benchmarks.drops`, `lab.training.expected_errors`, `lab.benchmarks.default_answer`
-and `lab.benchmarks.node`, from `docs/measured/numbers/*.json`; edits here are lost. The
+`lab.benchmarks.drops`, `lab.benchmarks.rolls`, `lab.training.expected_errors`,
+`lab.benchmarks.default_answer` and `lab.benchmarks.node`, from
+`docs/measured/numbers/*.json`; edits here are lost. The
 machine was shared while these ran: contenders took turns within one run, so the ratios
 are what counts, and times only give an idea. Kernels were compiled before, and times
 are medians, unless said otherwise. [speed.md](speed.md) is the short page for users.
@@ -26,6 +27,7 @@ linear algebra library wait for each other, which `OPENBLAS_NUM_THREADS=1` avoid
         "core",
         "start",
         "drops",
+        "rolls",
         "expected_errors",
         "default_answer",
         "node",
