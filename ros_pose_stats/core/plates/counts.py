@@ -2,7 +2,7 @@
 
 import csv
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from numbers import Integral
 from pathlib import Path
@@ -100,15 +100,6 @@ def count_part(
 
 
 COUNT_COLUMNS = "part, pose, count"
-
-TABLE_ENDINGS = (".csv", ".tsv", ".txt")
-
-
-def split_tables(files: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
-    """Files that are tables by their names, and the others."""
-    paths = list(map(Path, files))
-    tables = [path for path in paths if path.suffix.lower() in TABLE_ENDINGS]
-    return tables, [path for path in paths if path not in tables]
 
 
 def is_count_table(file: Path) -> bool:

@@ -33,21 +33,20 @@ def register(commands: arguments.Commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Analyse and print; index bags that a node had no time to index."""
-    from ...core.plates.counts import split_tables
     from ...node.recording import repair
     from ..bags.comparisons import analyse_bags
-    from ..bags.plate_counts import read_table_counts
 
     folder = None
     if options.csv is not None:
         folder = arguments.output_folder(options.csv)
         files.refuse_unwritable(folder)
-    tables, bags = split_tables(options.bags)
-    counts = [
-        table_counts
-        for table in tables
-        for table_counts in read_table_counts(table, options.unit)
-    ]
+    tables, bags = arguments.split_tables(options.bags)
+    counts = []
+    if tables:
+        from ..bags.plate_counts import read_table_counts
+
+        for table in tables:
+            counts += read_table_counts(table, options.unit)
     with running.ProgressBar() as bar:
         analysis = analyse_bags(bags, bar.show_bytes, counts)
     written_files = []

@@ -151,11 +151,10 @@ def read_counts(options: argparse.Namespace) -> "tuple[list[CountedPart], list[s
     """Counts in tables and bags, and notes on what could not be used."""
     from ...core.mesh.parts import load_part
     from ...core.plates import count_part, read_count_rows
-    from ...core.plates.counts import split_tables
 
     # A file that is named twice counts once.
     files = {Path(name).resolve(): Path(name) for name in options.counts}.values()
-    tables, bags = split_tables(files)
+    tables, bags = arguments.split_tables(files)
     counted_parts = [
         count_part(
             load_part(part, options.unit, unless_declared=True),

@@ -234,7 +234,7 @@ def test_a_closed_output_is_no_failure(box, closed):
                 0.2,
                 "--kicks",
                 "--counts",
-                "x.csv",
+                "flips.csv",
             ],
             "beside --counts",
         ),
@@ -249,6 +249,7 @@ def test_what_would_be_ignored_or_never_end_is_refused(
 ):
     monkeypatch.chdir(tmp_path)
     os.mkfifo("pipe.gif")
+    (tmp_path / "flips.csv").write_text("kick,0,1,5\n")
     assert refusal_words in refusal(words[0], *box, *words[1:])
 
 

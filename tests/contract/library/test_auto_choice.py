@@ -120,7 +120,8 @@ class TestHybrid:
         )
         assert 0 < combined.drops < 1_000_000
         assert heard[-1].statistics().method == "hybrid"
-        assert heard[-1].expected_error == pytest.approx(combined.expected_error)
+        # What is shown may be a moment old, of fewer drops.
+        assert heard[-1].expected_error >= combined.expected_error
 
     def test_poses_of_a_group_share_their_counts(self):
         """Pooling pairs halves the variance; the estimate does the rest."""

@@ -8,7 +8,7 @@ import argparse
 import math
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from decimal import Decimal, InvalidOperation
 from itertools import chain
 from pathlib import Path
@@ -27,6 +27,8 @@ REFUSED = 2
 EMPTY_VALUE = re.compile(r"(?:--[a-z-]+=|-[a-z])--")
 """An option in one word with the value `--`, from which argparse makes an empty
 list."""
+
+TABLE_ENDINGS = (".csv", ".tsv", ".txt")
 
 Commands: TypeAlias = "argparse._SubParsersAction[CommandParser]"
 """Where a command adds its parser; argparse has no public name for it."""
@@ -204,7 +206,9 @@ UNITS = ("auto", "mm", "m", "cm", "inch")
 
 def read_unit(text: str) -> str:
     """The name of a unit from any spelling; another word, to be refused as a choice."""
-    # numpy comes with it, and --help does without.
+    if text in UNITS:
+        return text
+    # numpy and the kernels come with it, and --help does without.
     from ....core.mesh.units import unit_name
 
     return unit_name(text) or text
@@ -428,6 +432,13 @@ def output_folder(name: str) -> Path:
             "the name of a folder to write to", "an empty one", "`.` is this one"
         )
     return Path(name)
+
+
+def split_tables(files: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
+    """Files that are tables of counts by their names, and the others, which are bags."""
+    paths = list(map(Path, files))
+    tables = [path for path in paths if path.suffix.lower() in TABLE_ENDINGS]
+    return tables, [path for path in paths if path not in tables]
 
 
 def drop_scene(options: argparse.Namespace) -> DropScene:
