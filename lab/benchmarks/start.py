@@ -35,9 +35,9 @@ DROPPING = "ros_pose_stats simulate clamp.stl --unit mm --drops 1000"
 LIBRARIES = "numpy, scipy.spatial, numba"
 
 WALL = (
-    "Whole processes in turn, from start to exit, files in the page cache and byte code "
-    "compiled: wall time, and processor time of all threads. `first` comes right after "
-    "`compile`, once; the others take turns."
+    "Whole processes in turn, from start to exit, files in the page cache and byte "
+    "code compiled: wall time, and processor time of all threads. `first` comes right "
+    "after `compile`, once; the others take turns."
 )
 COMPILING = (
     "`ros_pose_stats compile` with an empty cache, as `make setup` runs it: every "

@@ -33,8 +33,8 @@ CHROMIUM = (
 )
 TRIES = 5
 BLANK = 0.1
-"""Deviation of the pixels of a page that has no picture yet: Chromium may draw it before
-it has asked for the first news."""
+"""Deviation of the pixels of a page that has no picture yet: Chromium may draw it
+before it has asked for the first news."""
 
 
 def main() -> None:

@@ -167,7 +167,7 @@ class Recorder:
         return True
 
     def _note(self, problem: str) -> None:
-        bag = self.bag
+        bag = self.log.directory
         with self._lock:
             changed = bool(problem) != bool(self.problem)
             is_new = not problem and bag != self._directory

@@ -1,4 +1,4 @@
-"""Judges estimated and told gains by drops: `python -m lab.benchmarks.design [--write]`.
+"""Judges gains by drops: `python -m lab.benchmarks.design [--write]`.
 
 Some half an hour; `--quick`: a minute.
 """

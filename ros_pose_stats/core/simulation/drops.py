@@ -39,7 +39,7 @@ class DropOutcomes(NamedTuple):
     trapped: Mask
     # (n,) bool; whether it was released touching the plate, for want of height
     touched: Mask
-    # (n,) bool; whether it ended on poses that symmetry makes equal, of which `pose` was
+    # (n,) bool; whether it ended on poses that symmetry makes equal, and `pose` was
     # drawn
     drawn: Mask
 

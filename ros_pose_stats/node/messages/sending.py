@@ -6,6 +6,7 @@ give it.
 """
 
 from ctypes import CDLL, PYFUNCTYPE, c_bool, c_char_p, c_void_p, py_object, pythonapi
+from functools import cache
 from typing import Any
 
 from rclpy.service import Service
@@ -17,6 +18,9 @@ _rcl = CDLL("librcl.so")
 _address_in = PYFUNCTYPE(c_void_p, py_object, c_char_p)(
     ("PyCapsule_GetPointer", pythonapi)
 )
+_create = PYFUNCTYPE(c_void_p)
+_convert = PYFUNCTYPE(c_bool, py_object, c_void_p)
+_destroy = PYFUNCTYPE(None, c_void_p)
 
 
 def send_response(service: Service, response: Any, header: Any) -> None:
@@ -25,9 +29,8 @@ def send_response(service: Service, response: Any, header: Any) -> None:
     Raises RequestError where the client cannot be reached, and InvalidHandle once the
     service has ended.
     """
-    create = _function_of(response, "_CREATE_ROS_MESSAGE", c_void_p)
-    convert = _function_of(response, "_CONVERT_FROM_PY", c_bool, py_object, c_void_p)
-    destroy = _function_of(response, "_DESTROY_ROS_MESSAGE", None, c_void_p)
+    kind: Any = type(type(response))
+    create, convert, destroy = _functions_of(kind)
     request_id = header.request_id
     # Python sees a number alone. pybind11 has the address of the C structure, which
     # names the client, behind what every object begins with.
@@ -50,11 +53,15 @@ def send_response(service: Service, response: Any, header: Any) -> None:
         )
 
 
-def _function_of(message: Any, name: str, *types: Any) -> Any:
-    """A function that is generated for a type of message, as rclpy gets at it.
+@cache
+def _functions_of(kind: Any) -> tuple[Any, Any, Any]:
+    """What creates, fills and destroys a message in C, as rclpy gets at it.
 
-    `types`: of its result and of its arguments. It is called with the lock, and raises
-    what Python raises in it.
+    `kind`: the metaclass of the message. They are called with the lock, and raise what
+    Python raises in them.
     """
-    capsule = getattr(type(type(message)), name)
-    return PYFUNCTYPE(*types)(_address_in(capsule, None))
+    return (
+        _create(_address_in(kind._CREATE_ROS_MESSAGE, None)),
+        _convert(_address_in(kind._CONVERT_FROM_PY, None)),
+        _destroy(_address_in(kind._DESTROY_ROS_MESSAGE, None)),
+    )

@@ -75,7 +75,7 @@ def register(commands: arguments.Commands) -> None:
         "--cad",
         choices=CAD_SYSTEMS,
         metavar="SYSTEM",
-        help="with --watch: print lines of Python that have a CAD system write its part "
+        help="with --watch: print the lines that have a CAD system write its part "
         f"over the file whenever it computes it; one of {', '.join(CAD_SYSTEMS)}",
     )
     arguments.add_options(
@@ -280,7 +280,7 @@ def watch(options: argparse.Namespace) -> int:
 
 
 def open_browser(address: str) -> None:
-    """Show an address, where there is a screen: else a browser would take the terminal."""
+    """Show an address where there is a screen; else a browser takes the terminal."""
     if sys.platform == "linux" and not (
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):

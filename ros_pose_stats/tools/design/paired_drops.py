@@ -151,7 +151,8 @@ def paired_difference(
     The interval, of confidence `level`, is that of Agresti and Min, "Simple improved
     confidence intervals for comparing matched proportions", Statistics in Medicine 24
     (2005): half a trial of each kind is added. `offset` and `variance` are added to the
-    difference and to its variance; with them the chance is that of a normal distribution.
+    difference and to its variance; with them the chance is that of a normal
+    distribution.
     """
     gained = int((second & ~first).sum())
     lost = int((first & ~second).sum())

@@ -20,8 +20,8 @@ FIRST_LOOK = 1000
 """Drops of each part that tell how many it takes."""
 
 KNOWN_GAIN = 0.0125
-"""Half of the widest interval at which the drops end: a larger gain or loss is sure. The
-standard error is half a point by then, so few are off by 1.5 points."""
+"""Half of the widest interval at which the drops end: a larger gain or loss is sure.
+The standard error is half a point by then, so few are off by 1.5 points."""
 
 SPARE = 1.05
 """Drops that are made at once over those that the intervals so far ask for."""

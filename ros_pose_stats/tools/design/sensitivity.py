@@ -267,7 +267,7 @@ def sensitivity(
     on_progress: Callable[[float], object] = lambda share: None,
     should_stop: Callable[[], bool] = lambda: False,
 ) -> Sensitivity:
-    """Which changes of centre of mass, proportions and faces make a part rest as wanted.
+    """Changes of centre of mass, proportions and faces that make a part rest as wanted.
 
     Parameters
     ----------

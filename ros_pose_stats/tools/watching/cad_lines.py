@@ -68,7 +68,7 @@ _SYSTEMS = {
 
 
 def cad_lines(system: str, file: Path) -> str:
-    """Lines of Python for `freecad`, `cadquery` or `build123d`; they write to `file`."""
+    """Lines of Python for `freecad`, `cadquery`, `build123d`; they write to `file`."""
     writer = _SYSTEMS[system]
     suffix = file.suffix.lower()
     if suffix not in (".stl", ".step", ".stp"):

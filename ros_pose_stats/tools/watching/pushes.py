@@ -1,4 +1,4 @@
-"""Where to push: the changes that drops show to gain most, and the faces they are of."""
+"""Where to push: changes that drops show to gain most, and the faces they are of."""
 
 import base64
 from typing import NamedTuple

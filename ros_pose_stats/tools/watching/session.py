@@ -1,4 +1,4 @@
-"""From one save to the next: read the part, estimate it, drop it while the file rests."""
+"""From one save to the next: read the part, estimate it, drop it as the file rests."""
 
 import time
 from collections.abc import Callable

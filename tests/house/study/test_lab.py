@@ -8,17 +8,27 @@ import shutil
 import numpy as np
 import pytest
 
+from lab.benchmarks import rolls
 from lab.benchmarks.default_answer import holds, square_error
 from lab.benchmarks.design.sections import PAGE as DESIGN
 from lab.benchmarks.estimates import TOLERANCES
 from lab.benchmarks.program import BENCHMARKS, write_pages
 from lab.benchmarks.speed import speed_page
 from lab.bodies.families import FAMILIES, family_part, family_poses
-from lab.frame.results import Results, Row, Section
+from lab.bodies.rolling import ROLLING
+from lab.frame.page import DOCS, NUMBERS
+from lab.frame.results import Results, Row, Section, load
 from lab.training.split import counting
 from lab.training.split.judge import errors_by_family
 from lab.training.split.samples import JUDGE_SEED, read_samples
+from ros_pose_stats import DropScene
 from ros_pose_stats.core.estimators.fitted import SPLIT_FITS
+from ros_pose_stats.core.simulation.drop_body import drop_body
+from ros_pose_stats.core.simulation.drops import (
+    compute_drops,
+    drop_rules,
+    release_directions,
+)
 from tests.running import ROOT
 
 from .programs import lab
@@ -155,3 +165,18 @@ def test_errors_of_a_family_are_those_of_its_bodies_for_judging():
     assert list(errors) == ["nuts", "all"]
     assert np.array_equal(errors["nuts"], errors["all"])
     assert 0.3 < errors["nuts"][0] < 4.0 and errors["nuts"][0] != errors["nuts"][1]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", list(ROLLING))
+def test_drops_that_are_ended_end_as_those_run_on_did(name):
+    """Thirty thousand of each body; `python -m lab.benchmarks.rolls` ran them on."""
+    reference = load(DOCS / NUMBERS / "rolls.json")
+    (row,) = (row for row in reference.rows if row.name == name)
+    scene = DropScene(rolls.RESTITUTION)
+    body = drop_body(ROLLING[name](), scene)
+    rules = drop_rules(scene, body.radius, draws=True)
+    downs = release_directions(body, rolls.SEED, 0, row.cells["drops"])
+    short = compute_drops(body, rules, downs)
+    digest = rolls.units_digest(body.resting.unit[short.pose])
+    assert digest == row.cells["digest"]

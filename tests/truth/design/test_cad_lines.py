@@ -1,4 +1,4 @@
-"""The lines that CAD systems are given: what they say, and that real systems run them."""
+"""The lines for CAD systems: what they say, and that real systems run them."""
 
 import subprocess
 import sys

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from lab.benchmarks import rolls
 from lab.bodies.rolling import (
     ROLLING,
     cylinder,
@@ -15,8 +14,6 @@ from lab.bodies.rolling import (
     run_on,
     shaft_between,
 )
-from lab.frame.page import DOCS, NUMBERS
-from lab.frame.results import load
 from ros_pose_stats import DropScene, resting_poses, sensitivity, simulate
 from ros_pose_stats.core.simulation.drop_body import drop_body
 from ros_pose_stats.core.simulation.drops import (
@@ -172,21 +169,6 @@ def test_a_facet_is_as_wide_as_it_is():
     these.
     """
     compare_run_on(ROLLING["octagonal cap nut"](), 0.5, 150)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", list(ROLLING))
-def test_drops_that_are_ended_end_as_those_run_on_did(name):
-    """Thirty thousand of each body; `python -m lab.benchmarks.rolls` ran them on."""
-    reference = load(DOCS / NUMBERS / "rolls.json")
-    (row,) = (row for row in reference.rows if row.name == name)
-    scene = DropScene(rolls.RESTITUTION)
-    body = drop_body(ROLLING[name](), scene)
-    rules = drop_rules(scene, body.radius, draws=True)
-    downs = release_directions(body, rolls.SEED, 0, row.cells["drops"])
-    short = compute_drops(body, rules, downs)
-    digest = rolls.units_digest(body.resting.unit[short.pose])
-    assert digest == row.cells["digest"]
 
 
 def test_a_leaning_part_does_not_roll_upright():

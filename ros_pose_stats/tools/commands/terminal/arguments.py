@@ -435,7 +435,7 @@ def output_folder(name: str) -> Path:
 
 
 def split_tables(files: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
-    """Files that are tables of counts by their names, and the others, which are bags."""
+    """Files that are tables of counts by their names, and others, which are bags."""
     paths = list(map(Path, files))
     tables = [path for path in paths if path.suffix.lower() in TABLE_ENDINGS]
     return tables, [path for path in paths if path not in tables]
