@@ -1,3 +1,15 @@
+# Copyright 2026 ros_pose_stats authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this
+# file except in compliance with the License. You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software distributed under
+# the License is distributed on an "AS IS" BASIS, WITHOUT WARRANTIES OR CONDITIONS OF
+# ANY KIND, either express or implied. See the License for the specific language
+# governing permissions and limitations under the License.
+
 """What tools of a ROS release read: catkin_pkg, and with it colcon and bloom."""
 
 from datetime import date
@@ -9,6 +21,8 @@ from catkin_pkg.package import parse_package
 from packaging.version import Version
 
 from ros_pose_stats import __version__
+
+from .notices import files_without_notice
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = [ROOT, ROOT / "msg_defs"]
@@ -37,3 +51,7 @@ class TestPackage:
     def test_its_licence_lies_beside_it(self, folder):
         licence = (folder / "LICENSE").read_text(encoding="utf-8")
         assert licence == (ROOT / "LICENSE").read_text(encoding="utf-8")
+
+
+def test_every_source_file_has_the_notice():
+    assert files_without_notice() == []
