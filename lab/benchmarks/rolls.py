@@ -57,11 +57,11 @@ impacts are looked at; a drop may cost so many times one of the paper's bodies."
 ROLLS = (
     "Restitution {:g}, release 20 radii up. `run on`: events a drop, impacts and "
     "steps, where nothing but the way out of a pose ends it; `events`: as drops are "
-    "ended. `early`, `drawn`: per cent that ended sooner, and whose pose was then drawn. "
-    "`elsewhere`: those that run on end in another pose, or in one of another unit "
-    "where it was drawn. `times`: processor time of a drop over that of "
-    "one of the paper's random polyhedra. `one edge`: per cent of the impacts that are "
-    "in a series that strikes the ends of a single edge until it is over. `digest`: of "
+    "ended. `early`, `drawn`: per cent that ended sooner, and whose pose was then "
+    "drawn. `elsewhere`: those that run on end in another pose, or in one of another "
+    "unit where it was drawn. `times`: processor time of a drop over that of one of "
+    "the paper's random polyhedra. `one edge`: per cent of the impacts that are in a "
+    "series that strikes the ends of a single edge until it is over. `digest`: of "
     "the units of the drops that were run on."
 )
 WEIGHTS = (
