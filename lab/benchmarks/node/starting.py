@@ -55,8 +55,8 @@ def surroundings() -> Iterator[tuple[Path, int]]:
         }
         # A publisher of meshes does not reach those who read latched ones alone, and
         # two clients have one name.
-        for name in ("planner", "rcl.logging_rosout"):
-            set_logger_level(name, LoggingSeverity.ERROR)
+        for logger in ("planner", "rcl.logging_rosout"):
+            set_logger_level(logger, LoggingSeverity.ERROR)
         yield Path(name), domain
 
 
