@@ -12,7 +12,7 @@
 
 """Plates: what a real one does to parts, fitted from counts and kept in a file."""
 
-from .counts import CountedPart, count_part, read_count_rows
+from .counts import CountedPart, count_part, read_count_rows, read_counted_parts
 from .fit import PartEvidence, PlateFit, fit_plate
 from .profile import PlateProfile, profile_of, read_profiles, refuse_name, write_profile
 
@@ -25,6 +25,7 @@ __all__ = [
     "fit_plate",
     "profile_of",
     "read_count_rows",
+    "read_counted_parts",
     "read_profiles",
     "refuse_name",
     "write_profile",

@@ -24,6 +24,7 @@ import numpy as np
 
 from ...base.errors import RequestError, reason
 from ...base.files import read_file
+from ..mesh.parts import load_part
 from ..records import Index, Part
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
@@ -133,6 +134,28 @@ def read_count_rows(file: Path) -> dict[Path, Counter[int]]:
         )
         counts_by_part.setdefault(part, Counter())[pose] += count
     return counts_by_part
+
+
+def read_counted_parts(
+    file: Path,
+    unit: str,
+    *,
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = DEFAULT_ROUND_SIDES,
+) -> list[CountedPart]:
+    """Read a table as `read_count_rows` does, and the parts that it names.
+
+    `unit`: of files of parts that name none; the rest as for `count_part`.
+    """
+    return [
+        count_part(
+            load_part(part, unit, unless_declared=True),
+            counts,
+            cluster_tolerance=cluster_tolerance,
+            round_sides=round_sides,
+        )
+        for part, counts in read_count_rows(file).items()
+    ]
 
 
 def read_table(file: Path, columns: str, example: str) -> list[tuple[str, list[int]]]:

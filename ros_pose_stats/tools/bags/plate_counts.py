@@ -19,8 +19,7 @@ from pathlib import Path
 
 from ...base.errors import PoseStatsError, RequestError
 from ...base.text import listed, several
-from ...core.mesh.parts import load_part
-from ...core.plates import CountedPart, count_part, read_count_rows
+from ...core.plates import CountedPart, count_part, read_counted_parts
 from ...core.plates.counts import shared_out
 from ...core.records import Part
 from .bag_reader import OnProgress, read_bags, read_parts
@@ -77,25 +76,22 @@ def read_table_counts(table: Path, unit: str) -> list[CameraCounts]:
 
     `unit`: of files of parts that name none. Poses that look alike share theirs evenly.
     """
-    time = table.stat().st_mtime_ns if table.exists() else 0
-    counts = []
-    for file, by_pose in read_count_rows(table).items():
-        counted = count_part(load_part(file, unit, unless_declared=True), by_pose)
-        poses = enumerate(shared_out(counted).tolist())
-        counts.append(
-            CameraCounts(
-                counted.part.part_id,
-                counted.part.digest,
-                counted.numbering,
-                plate="",
-                drop_height=math.nan,
-                begin=time,
-                end=time,
-                messages=1,
-                of_pose=Counter(dict(poses)),
-            )
+    counted_parts = read_counted_parts(table, unit)
+    time = table.stat().st_mtime_ns
+    return [
+        CameraCounts(
+            counted_part.part.part_id,
+            counted_part.part.digest,
+            counted_part.numbering,
+            plate="",
+            drop_height=math.nan,
+            begin=time,
+            end=time,
+            messages=1,
+            of_pose=Counter(dict(enumerate(shared_out(counted_part).tolist()))),
         )
-    return counts
+        for counted_part in counted_parts
+    ]
 
 
 def _read_parts_of(

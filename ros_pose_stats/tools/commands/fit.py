@@ -161,21 +161,18 @@ def print_json(
 
 def read_counts(options: argparse.Namespace) -> "tuple[list[CountedPart], list[str]]":
     """Counts in tables and bags, and notes on what could not be used."""
-    from ...core.mesh.parts import load_part
-    from ...core.plates import count_part, read_count_rows
+    from ...core.plates import read_counted_parts
 
-    # A file that is named twice counts once.
-    files = {Path(name).resolve(): Path(name) for name in options.counts}.values()
-    tables, bags = arguments.split_tables(files)
+    tables, bags = arguments.split_tables(options.counts)
     counted_parts = [
-        count_part(
-            load_part(part, options.unit, unless_declared=True),
-            counts,
+        counted_part
+        for table in tables
+        for counted_part in read_counted_parts(
+            table,
+            options.unit,
             cluster_tolerance=options.cluster_tolerance,
             round_sides=options.round_sides,
         )
-        for table in tables
-        for part, counts in read_count_rows(table).items()
     ]
     notes = [
         f"{counted.part.part_id}: {warning}"

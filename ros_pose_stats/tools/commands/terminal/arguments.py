@@ -446,9 +446,12 @@ def output_folder(name: str) -> Path:
     return Path(name)
 
 
-def split_tables(files: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
-    """Files that are tables of counts by their names, and others, which are bags."""
-    paths = list(map(Path, files))
+def split_tables(files: Iterable[str]) -> tuple[list[Path], list[Path]]:
+    """Files that are tables of counts by their names, and others, which are bags.
+
+    One that is named twice counts once.
+    """
+    paths = {Path(file).resolve(): Path(file) for file in files}.values()
     tables = [path for path in paths if path.suffix.lower() in TABLE_ENDINGS]
     return tables, [path for path in paths if path not in tables]
 
