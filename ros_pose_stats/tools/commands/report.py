@@ -72,6 +72,13 @@ def register(commands: arguments.Commands) -> None:
         "the poses, boxes to tick, which error how many throws leave; and beside it "
         "counts.csv for the sums, which `fit`, `feeding --counts` and `bag` read",
     )
+    add_watch(command)
+    add_page(command)
+    arguments.add_options(command, "--seed", *arguments.SCENE_OPTIONS)
+
+
+def add_watch(command: arguments.CommandParser) -> None:
+    """Add the options of a page that follows the file."""
     command.add_argument(
         "--port",
         type=arguments.read_count,
@@ -90,6 +97,10 @@ def register(commands: arguments.Commands) -> None:
         help="with --watch: print the lines that have a CAD system write its part "
         f"over the file whenever it computes it; one of {', '.join(CAD_SYSTEMS)}",
     )
+
+
+def add_page(command: arguments.CommandParser) -> None:
+    """Add the options of a page that is written; --wanted is for both."""
     arguments.add_options(
         command,
         "--png",
@@ -128,7 +139,6 @@ def register(commands: arguments.Commands) -> None:
         help="number of drops of the simulation (default: as many as "
         "bring the error over the poses within a point, at most 10000)",
     )
-    arguments.add_options(command, "--seed", *arguments.SCENE_OPTIONS)
 
 
 def run(options: argparse.Namespace) -> int:
