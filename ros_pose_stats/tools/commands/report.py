@@ -190,7 +190,9 @@ def run(options: argparse.Namespace) -> int:
 def write_sheet(page: Path, options: argparse.Namespace) -> int:
     """Write a sheet to count by hand, and rows for the part in its table."""
     refuse_beside(
-        "--count-sheet with the part and the scene", ("wanted", *WRITTEN), options
+        "--count-sheet with the part and the scene",
+        ("wanted", "seed", *WRITTEN),
+        options,
     )
     part = running.load_part_and_kernels(options)
     from ...base.files import write_file

@@ -136,6 +136,7 @@ def test_the_table_of_a_sheet_is_read_as_it_is(box, sheet, tmp_path):
     ("options", "words"),
     [
         (("-o", "page.html", "--count-sheet", "--rate", "60"), "--count-sheet with"),
+        (("-o", "page.html", "--count-sheet", "--seed", "2"), "--count-sheet with"),
         (("-o", "page.pdf"), "a file name that ends in .html"),
         (
             ("-o", "page.html", "--wanted", "6"),
