@@ -39,7 +39,7 @@ NEWTON_STEP = 1e-10
 
 @inlined
 def first_zero(c: Array, first: int, last: int, limit: float, local: Array) -> float:
-    """Smallest x in (0, upto] where the sum of c[k] x^(k - first) comes down to zero.
+    """Smallest x in (0, limit] where the sum of c[k] x^(k - first) comes down to zero.
 
     The polynomial starts above zero, or at zero and falls, which gives a zero at once.
     `local` is scratch.
