@@ -52,8 +52,7 @@ class MergeTree(NamedTuple):
     child: Index2  # (S - 1, 2) nodes joined
     level: Array1  # (S - 1,) distance from the centre of mass where they join, rising
     side: Index1  # (S - 1,) polygon side where they join
-    leaf_order: Index1  # (S,) leaves from left to right: each node covers a range of it
-    leaf_range: Index2  # (2S - 1, 2) that range
+    leaf_range: Index2  # (2S - 1, 2) which leaves a node has, from left to right
     face_order: Index1  # (F,) faces, gathered by leaf in that order
     face_range: Index1  # (S + 1,) start of each position's faces
 
@@ -104,11 +103,9 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
         bottom[a] = min(bottom[a], bottom[b])
         node[a] = leaves + joins
         joins += 1
-    leaf_order, leaf_range = _order_leaves(child, leaves)
-    face_order, face_range = _gather_faces(basin, leaf_order)
-    return MergeTree(
-        child, level, join_side, leaf_order, leaf_range, face_order, face_range
-    )
+    leaf_range = _order_leaves(child, leaves)
+    face_order, face_range = _gather_faces(basin, leaf_range[:leaves, 0])
+    return MergeTree(child, level, join_side, leaf_range, face_order, face_range)
 
 
 @kernel
@@ -172,7 +169,7 @@ def basin_borders(body: BodyArrays, basin: Index) -> tuple[Index, Array]:
 
 
 @kernel
-def _order_leaves(child: Index, leaves: int) -> tuple[Index, Index]:
+def _order_leaves(child: Index, leaves: int) -> Index:
     size = np.ones(2 * leaves - 1, np.int64)
     for j in range(leaves - 1):
         size[leaves + j] = size[child[j, 0]] + size[child[j, 1]]
@@ -185,18 +182,12 @@ def _order_leaves(child: Index, leaves: int) -> tuple[Index, Index]:
             spans[n, 0] = begin
             spans[n, 1] = begin + size[n]
             begin += size[n]
-    order = np.empty(leaves, np.int64)
-    for s in range(leaves):
-        order[spans[s, 0]] = s
-    return order, spans
+    return spans
 
 
 @kernel
-def _gather_faces(basin: Index, leaf_order: Index) -> tuple[Index, Index]:
-    leaves = leaf_order.shape[0]
-    position = np.empty(leaves, np.int64)
-    for i in range(leaves):
-        position[leaf_order[i]] = i
+def _gather_faces(basin: Index, position: Index) -> tuple[Index, Index]:
+    leaves = position.shape[0]
     begin = np.zeros(leaves + 1, np.int64)
     for f in range(basin.shape[0]):
         begin[position[basin[f]] + 1] += 1
