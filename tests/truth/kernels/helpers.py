@@ -26,6 +26,7 @@ from ros_pose_stats.core.kernels.drops import (
     roots,
     series,
 )
+from ros_pose_stats.core.kernels.levels import right_triangles, splits
 from ros_pose_stats.core.kernels.machine_code import (
     KernelDispatcher,
     KernelFile,
@@ -64,6 +65,9 @@ dot = stored(vectors.dot)
 inverse_of = stored(vectors.inverse_of)
 solid_angle = stored(vectors.solid_angle)
 transform = stored(vectors.transform)
+
+faces_below = stored(splits.faces_below)
+measure_triangles = stored(right_triangles.measure_triangles)
 
 advance_state = stored(evolve.advance_state)
 first_zero = stored(roots.first_zero)

@@ -21,7 +21,6 @@ import pytest
 
 from lab.bodies.samples import convex_parts
 from lab.bodies.variants import rotation
-from ros_pose_stats.core.kernels.levels import splits
 from ros_pose_stats.core.kernels.vectors import Vec3
 from ros_pose_stats.core.resting.convex_body import body_of
 from tests.truth.reference.sphere_grid import Shape, areas_below
@@ -34,12 +33,23 @@ every_body = pytest.mark.parametrize(
 )
 
 
+def angles_below(body, level, of_R):
+    triangles = helpers.measure_triangles(body.arrays, np.array([level]), of_R)
+    faces = np.arange(len(body.arrays.distance))
+    return np.array(
+        [
+            helpers.faces_below(faces, f, f + 1, body.arrays, triangles, level, of_R)
+            for f in faces.tolist()
+        ]
+    )
+
+
 def below_r(body, level):
-    return splits.areas_below(body.arrays, level, False)
+    return angles_below(body, level, of_R=False)
 
 
 def below_R(body, level):
-    return splits.areas_below(body.arrays, level, True)
+    return angles_below(body, level, of_R=True)
 
 
 def precise_angle(*corners):

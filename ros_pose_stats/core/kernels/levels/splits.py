@@ -87,17 +87,6 @@ def _add_side(
 
 
 @entry_kernel
-def areas_below(body: BodyArrays, level: float, of_R: bool) -> Array:
-    """Solid angle (F,) of {r < level} on faces, or {R < level} by their normals."""
-    triangles = measure_triangles(body, np.array([level]), of_R)
-    faces = np.arange(body.distance.shape[0])
-    angles = np.empty(faces.shape[0])
-    for f in range(faces.shape[0]):
-        angles[f] = faces_below(faces, f, f + 1, body, triangles, level, of_R)
-    return angles
-
-
-@entry_kernel
 def split_probabilities(
     body: BodyArrays, tree: MergeTree, is_split: FixedFlags1, of_R: bool
 ) -> tuple[Array, Array]:
