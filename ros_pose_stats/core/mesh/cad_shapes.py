@@ -23,7 +23,7 @@ import numpy as np
 
 from ...base.errors import MeshError, reason
 from ..records import Array, Index
-from .arrays import NOT_NUMBERS, real_array
+from .arrays import real_array
 
 MILLIMETRE = 1e-3  # of the unit in which CAD systems have their shapes, metres
 
@@ -46,7 +46,7 @@ def tessellate(shape: Any) -> tuple[Array, Index]:
     (CadQuery).
     """
     rough, _ = _tessellation(shape, _ROUGH)
-    extent = float(np.ptp(rough, axis=0).max(initial=0.0)) if len(rough) else 0.0
+    extent = float(np.ptp(rough, axis=0).max()) if len(rough) else 0.0
     if not extent > 0.0:
         raise MeshError(
             "a shape with a volume",
@@ -67,7 +67,7 @@ def _tessellation(shape: Any, tolerance: float) -> tuple[Array, Index]:
             real_array(coordinates).reshape(-1, 3),
             np.array(corners, dtype=np.int64).reshape(-1, 3),
         )
-    except NOT_NUMBERS as error:
+    except Exception as error:  # each CAD system has errors of its own
         raise MeshError(
             "points and triangles from tessellate(tolerance)",
             f"{type(shape).__name__} ({reason(error)})",

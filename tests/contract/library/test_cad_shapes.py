@@ -98,6 +98,21 @@ class Broken(NamedTuple):
         return self.answer
 
 
+class NullShapeError(Exception):
+    """What a CAD system raises, of a type of its own."""
+
+
+class Uncomputed:
+    """A shape that its system cannot tessellate."""
+
+    def tessellate(self, _):
+        raise NullShapeError("the shape is null")
+
+
+def test_a_shape_that_its_system_refuses_is_refused_with_its_words():
+    assert "Uncomputed (the shape is null)" in refusal_of(part_from_mesh, Uncomputed())
+
+
 @pytest.mark.parametrize(
     ("answer", "words"),
     [
