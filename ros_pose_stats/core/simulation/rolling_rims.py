@@ -163,7 +163,7 @@ def _axes_of_rings(resting: poses.RestingPoses) -> Array:
     )
     edges = edges[np.argsort(-vectors.lengths(edges), kind="stable")]
     edges = edges[:MOST_SIDES]
-    return np.vstack((*run_axes, edges / vectors.lengths(edges)[:, None]))
+    return np.vstack((*run_axes, vectors.unit_vectors(edges)))
 
 
 def _rim_row(
