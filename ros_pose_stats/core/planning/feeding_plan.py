@@ -25,6 +25,7 @@ from ...base.errors import RequestError
 from ...base.text import bounded, three_digits
 from ..records import Array, FlipStatistics, Part, PoseStatistics
 from ..records.plain_values import with_units
+from ..records.statistics import require_same_part
 from ..statistics import feeding, pose_groups
 from . import plate_fill
 from .feeder_cell import FeederCell, KickPlan, describe_cell
@@ -126,12 +127,8 @@ def plan_feeding(
     """
     cell.check()
     feeding.check_alike([dropped, *flips])
-    if part is not None and part.digest != dropped.part_digest:
-        raise RequestError(
-            "results of the part",
-            f"those of {dropped.part_id}",
-            "estimate the part that is given",
-        )
+    if part is not None:
+        require_same_part(dropped, part)
     feeder = _feeder(dropped, wanted, cell, part)
     kicks = [None, *sorted(flips, key=lambda kick: kick.kick_height)]
     options = [feeder.plan(kick) for kick in kicks]

@@ -22,6 +22,7 @@ from ..mesh.vectors import (
     turn_vectors,
 )
 from ..records import Array, DropScene, Part, PoseStatistics
+from ..records.statistics import require_same_part
 from ..resting.poses import bare_poses
 from .auto import estimate
 
@@ -62,7 +63,7 @@ def upright(
     metres = metres_per_unit(unit)
     if statistics is None:
         statistics = estimate(part)
-    statistics.require_part(part)
+    require_same_part(statistics, part)
     downs = bare_poses(part, _MESH_AS_IT_IS).downs
     face = int(np.argmax(components_along(downs, statistics.poses[0].down)))
     rotation = rotation_matrices(resting_quaternions(downs[face : face + 1]))[0]

@@ -212,15 +212,6 @@ class PoseStatistics:
             np.array([pose.probability for pose in self.poses]),
         )
 
-    def require_part(self, part: Part) -> None:
-        """Refuse a part that the statistics are not of."""
-        if not isinstance(part, Part) or part.digest != self.part_digest:
-            raise errors.RequestError(
-                "statistics of the part",
-                f"those of {self.part_id}",
-                "estimate the part that is given",
-            )
-
     def to_frame(self) -> Any:
         """The poses as a pandas DataFrame with the keys of JSON as columns, by `index`.
 
@@ -248,6 +239,19 @@ class PoseStatistics:
     def _repr_html_(self) -> str:
         """The same table in a notebook."""
         return f"<pre>{escape(str(self))}</pre>"
+
+
+def require_same_part(statistics: object, part: object) -> None:
+    """Refuse statistics that are not of a part."""
+    if not isinstance(statistics, PoseStatistics):
+        got = type(statistics).__name__
+    elif not isinstance(part, Part) or part.digest != statistics.part_digest:
+        got = f"those of {statistics.part_id}"
+    else:
+        return
+    raise errors.RequestError(
+        "statistics of the part", got, "estimate the part that is given"
+    )
 
 
 def report(

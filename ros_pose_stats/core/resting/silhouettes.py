@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from ...base import errors
 from ..mesh import arrays
 from ..records import Array, Part, PoseStatistics, StablePose
+from ..records.statistics import require_same_part
 from . import outlines
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ def find_lookalikes(
     MeshError
         If the part's surface is not closed, as that of every Part from a mesh is.
     """
-    statistics.require_part(part)
+    require_same_part(statistics, part)
     pixel_size = None if pixel is None else arrays.number_or_nan(pixel)
     if pixel_size is not None and not 0.0 < pixel_size < math.inf:
         raise errors.RequestError(

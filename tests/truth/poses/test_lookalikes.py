@@ -317,3 +317,5 @@ def test_what_is_no_pixel_or_of_another_part_is_refused():
     other = part_from_mesh(*shapes.box(1.0, 2.0, 4.0))
     with pytest.raises(PoseStatsError, match="statistics of the part"):
         find_lookalikes(statistics, other)
+    with pytest.raises(PoseStatsError, match="got Part"):
+        find_lookalikes(part, statistics)

@@ -117,6 +117,7 @@ def test_what_it_cannot_turn_is_refused():
     other = part_from_mesh(*shapes.box(1.0, 2.0, 4.0))
     assert "expected a Part" in refusal_of(upright, shapes.box(1.0, 2.0, 3.0))
     assert "statistics of the part" in refusal_of(upright, part, estimate(other))
+    assert "got str" in refusal_of(upright, part, "mm")
     assert "a mesh unit" in refusal_of(upright, part, unit=0.0)
 
 

@@ -27,6 +27,7 @@ from ros_pose_stats.core.planning import feeder_cell, feeding_plan
 from ros_pose_stats.core.planning.plate_fill import blocking_with_bays, plate_fill
 from ros_pose_stats.core.statistics import feeding
 from tests.answers import by_index
+from tests.running import refusal_of
 
 ROOM = 0.3, 0.2
 WANTED = [0, 1]
@@ -429,3 +430,11 @@ def test_of_lookalikes_no_share_is_told_where_none_is_known():
     unknown = [replace(pose, probability=float("nan")) for pose in slab.poses]
     (warning,) = warn(replace(slab, poses=unknown), [0])
     assert warning.code == "WANTED_ALIKE" and "%" not in warning.text
+
+
+def test_bays_of_another_part_are_refused(dropped):
+    other = part_from_mesh(*shapes.box(0.02, 0.03, 0.05))
+    for part in (other, "box.stl"):
+        assert "statistics of the part" in refusal_of(
+            feeding_plan.plan_feeding, dropped, WANTED, CELL, part=part
+        )
