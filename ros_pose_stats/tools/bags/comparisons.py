@@ -38,9 +38,7 @@ class Comparison:
     # as fractions; NaN without counts
     rms: float
     largest: float
-    largest_pose: (
-        int  # index of the pose with the largest difference; -1 without counts
-    )
+    largest_pose: int  # with the largest difference, its index; -1 without counts
     # whether chance explains the differences: that of the counts, and that of the
     # prediction, which is a count itself or is as far off as it says
     by_pose: chi_square.ChiSquare

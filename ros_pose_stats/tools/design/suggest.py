@@ -43,12 +43,8 @@ MOST_STEPS = 3
 
 LEAST_GAIN = 0.003  # estimated gain of a step below which it is not worth making
 DROPPED_CANDIDATES = 4  # steps that gain most by estimate, of which drops choose one
-BOUND_SHARES = (
-    -1.0,
-    -0.5,
-    0.5,
-    1.0,
-)  # shares of the bound by which a feature is changed
+BOUND_SHARES = (-1.0, -0.5, 0.5, 1.0)
+"""Shares of the bound by which a feature is changed."""
 CANDIDATES = 12
 """Ways that are estimated anew after the first step: those that gained most alone."""
 MOVE_SLACK = 1e-6

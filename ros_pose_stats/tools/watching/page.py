@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...base.text import name_poses, ranges
+from ...base.text import name_poses
 from ...core.mesh.units import unit_in_words
 from ...core.records.poses import PoseGroup
 from ...core.records.statistics import listed_groups
@@ -64,9 +64,8 @@ class Card(NamedTuple):
 class Drawing(NamedTuple):
     """What stays of a version while its numbers change."""
 
-    groups: tuple[
-        int, ...
-    ]  # first poses of the groups that have a card, in their order
+    # first poses of the groups that have a card, in their order
+    groups: tuple[int, ...]
     view: str  # as of `viewer_data`
 
 
@@ -209,6 +208,4 @@ def _in_typography(change: Change) -> str:
 
 
 def _name_group(group: PoseGroup) -> str:
-    names = name_poses(group.indices) if group.size == 1 else ranges(group.indices)
-    prefix = "" if group.size == 1 else "poses "
-    return f"{prefix}{names}".replace(" ", words.SPACE, 1)
+    return name_poses(group.indices).replace(" ", words.SPACE, 1)

@@ -243,10 +243,7 @@ class TestTarget:
         assert suggestion.dropped_after.value > suggestion.dropped_before.value
 
     def test_a_fair_die_that_is_to_be_fair_has_nothing_to_gain(self):
-        fair = dict.fromkeys(range(6), 1.0)
-        analysis = sensitivity(
-            CUBE, {pose: share / 6.0 for pose, share in fair.items()}
-        )
+        analysis = sensitivity(CUBE, dict.fromkeys(range(6), 1.0 / 6.0))
         assert analysis.share == pytest.approx(1.0, abs=1e-9)
         assert analysis.describe_gain().startswith("nothing to gain")
 
