@@ -29,7 +29,7 @@ from . import figures, rendering
 ADD = np.array([0.0, 0.45, 0.70])
 TAKE = np.array([0.84, 0.37, 0.0])
 PLAIN = np.array([0.86, 0.86, 0.86])
-FAINTEST = 0.35  # strength of the colour of an effect that is hardly above its error
+FAINTEST = 0.35  # strength of the colour of a gain that is small beside the greatest
 
 SIDES = (
     ("as in the part frame, from above", np.ones(3)),
