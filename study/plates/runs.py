@@ -23,7 +23,7 @@ import numpy as np
 from lab.bodies.dice import DICE, Die, on_squares, square_prism
 from ros_pose_stats.core.estimators.split import split
 from ros_pose_stats.core.plates import CountedPart, count_part, fit_plate
-from ros_pose_stats.core.plates.fit import ROUND_SIDES, ExplainedPart, SceneGrid
+from ros_pose_stats.core.plates.likelihood import ROUND_SIDES, ExplainedPart, SceneGrid
 from ros_pose_stats.core.records import Array, Index
 from ros_pose_stats.core.records.scene import DropScene, Numbering
 

@@ -12,10 +12,8 @@
 
 """The restitution and the drop height that explain what was counted on a plate.
 
-The estimator `split` gives each part's shares at every scene of a grid, and these how
-likely each scene makes the counts. A real plate differs from the model, and the model
-from its estimate, by more than chance: the likelihood averages over how widely shares
-scatter around those of a scene.
+Of the scenes of a grid the one nearest to what `likelihood` makes of the counts, and
+how far off parts are in what the others ask for.
 """
 
 import math
@@ -24,15 +22,25 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc, gammaln, logsumexp
+from scipy.special import chdtrc
 
 from ...base import errors, text
 from ..estimators.expected import expected_error
 from ..estimators.split import split
-from ..records import Array, DropScene, Index
+from ..records import Array
 from ..records.scene import DEFAULT_PLATE_ERROR, DEFAULT_ROUND_SIDES, Numbering
-from ..statistics.chi_square import distance_chance, goodness_of_fit
+from ..statistics.chi_square import goodness_of_fit
 from .counts import CountedPart
+from .likelihood import (
+    HEIGHTS,
+    RESTITUTIONS,
+    ROUND_SIDES,
+    ExplainedPart,
+    SceneGrid,
+    is_rolling_part,
+    nearest_scene,
+    weigh_scenes,
+)
 
 FEWEST_COUNTS = 50  # parts of all kinds together
 
@@ -40,31 +48,10 @@ MOST_PARTS = 16
 """Kinds; those counted most. More of them hardly change a fit, and each takes its
 time."""
 
-RESTITUTIONS = np.arange(19) / 20.0
-HEIGHTS = 24
-LOWEST_RADII = 0.75
-HIGHEST_RADII = 100.0
-"""Of the smallest part and of the largest: below, all parts touch the plate at release,
-and above they forget the height."""
-
-ROUND_SIDES = (DEFAULT_ROUND_SIDES, 96, 384, 48)
-"""Sides a turn that are looked at; of those as likely the first is taken."""
-
 UNKNOWN_SIDES = DEFAULT_ROUND_SIDES, min(ROUND_SIDES), max(ROUND_SIDES)
 """What counts without round parts say: nothing is excluded."""
 
-DEFAULT_WEIGHT = 0.5  # of the default scene beforehand
-DEFAULT_NUMBER = 0  # of the default scene among all
-
-SHARE_SCATTERS = np.array([0.03, 0.04, 0.05, 0.06, 0.08, 0.16])
-"""By how much an estimated share of one half may be off on a real plate; one of p by
-sqrt(4 p (1 - p)) of that. `split` alone errs by the least."""
-
-SCATTER_STRENGTHS = 0.25 / np.square(SHARE_SCATTERS) - 1.0
-"""Of the Dirichlet distributions with these scatters: the sums of their parameters."""
-
-SCATTER_WEIGHTS = np.array([0.5, 0.25, 0.125, 0.0625, 0.03125, 0.03125])
-"""Each is as likely beforehand as all that exceed it."""
+DEFAULT_NUMBER = 0  # of the default scene among all of a grid
 
 INTERVAL_FALL = 2.7055
 """Twice the fall of the logarithm of the likelihood at the bounds of a 90 % interval
@@ -80,7 +67,6 @@ at most; Bonferroni's bound over the parts."""
 
 FEWEST_TO_STAND_OUT = 3  # parts; of two that differ nobody can tell which is wrong
 
-SMALLEST_SHARE = 1e-12  # a share that was never met may still occur
 AS_DEFAULT = -1.0  # drop height of the default scene: 20 radii of each part
 
 Interval = tuple[float, float, float]
@@ -167,100 +153,6 @@ class PlateFit:
             f"{warning}{advice} (expected error on another part {fitted_points} "
             f"points, by the default {default_points})"
         )
-
-
-class SceneGrid:
-    """Scenes that may stand for a plate: the default one, then a grid for all sides."""
-
-    def __init__(self, radii: Iterable[float], sides: Sequence[int]) -> None:
-        known_radii = list(radii)
-        height_range = LOWEST_RADII * min(known_radii), HIGHEST_RADII * max(known_radii)
-        self.height: Array = np.geomspace(*height_range, HEIGHTS, dtype=np.float64)
-        self.sides = sides
-        self.scenes = [
-            DropScene(),
-            *(
-                DropScene(restitution, height, round_sides=round_sides)
-                for round_sides in sides
-                for restitution in RESTITUTIONS.tolist()
-                for height in self.height.tolist()
-            ),
-        ]
-        count = len(self.scenes) - 1
-        self.prior = np.append(
-            DEFAULT_WEIGHT, np.full(count, (1.0 - DEFAULT_WEIGHT) / count)
-        )
-
-
-class ExplainedPart:
-    """A counted part with its expected shares and its likelihood at all scenes."""
-
-    def __init__(self, counted_part: CountedPart, grid: SceneGrid) -> None:
-        self.counted_part = counted_part
-        self._grid = grid
-        self.group_counts = counted_part.by_group
-        self.is_rolling = is_rolling_part(counted_part)
-        grid_scenes = grid.scenes[1 : 1 + RESTITUTIONS.size * HEIGHTS]
-        shares_by_numbering = {
-            part.numbering: _group_shares(part, grid_scenes)
-            for part in map(self.with_sides, grid.sides)
-        }
-        # (n, G)
-        self.shares = np.concatenate(
-            (
-                _group_shares(self.with_sides(ROUND_SIDES[0]), [DropScene()]),
-                *(
-                    shares_by_numbering[self.with_sides(sides).numbering]
-                    for sides in grid.sides
-                ),
-            )
-        )
-        # (S, n); logarithm
-        self.likelihood = log_likelihood(self.group_counts, self.shares)
-
-    @property
-    def digest(self) -> str:
-        """The part's own."""
-        return self.counted_part.part.digest
-
-    def with_sides(self, sides: int) -> CountedPart:
-        """The part with so many sides a turn, where that matters."""
-        if not self.is_rolling:
-            return self.counted_part
-        return self.counted_part.with_round_sides(sides)
-
-    @property
-    def noise(self) -> float:
-        """Mean square error over the groups by the chance of the counts."""
-        share = (self.group_counts + 0.5) / (self.group_counts + 0.5).sum()
-        variance = (share * (1.0 - share)).mean()
-        return float(variance / max(self.group_counts.sum() - 1, 1))
-
-    def square_error(self, scene_number: int) -> float:
-        """Mean square error over the groups at a scene, less the noise.
-
-        It may be below 0.
-        """
-        observed = self.group_counts / self.group_counts.sum()
-        errors = observed - self.shares[scene_number]
-        return float(np.square(errors).mean() - self.noise)
-
-    def chance_beside(self, others: "Sequence[ExplainedPart]") -> float:
-        """Chance of counts as far from what other parts make likely.
-
-        Averaged over all scenes and scatters by their probability after the others.
-        """
-        likelihood = joint_likelihood(others, self._grid)
-        weight = np.exp(likelihood - likelihood.max()) * self._grid.prior
-        weight *= SCATTER_WEIGHTS[:, None]
-        total = self.group_counts.sum()
-        distance = np.square(self.group_counts / total - self.shares).sum(axis=1)
-        # Shares that scatter by a Dirichlet distribution vary like those of fewer
-        # counts.
-        strength = SCATTER_STRENGTHS[:, None]
-        counts = total * (1.0 + strength) / (total + strength)
-        chance = distance_chance(distance, self.shares, counts)
-        return float((weight * chance).sum() / weight.sum())
 
 
 def fit_plate(counted_parts: Sequence[CountedPart]) -> PlateFit:
@@ -406,61 +298,6 @@ def choose_parts(counted_parts: Iterable[CountedPart]) -> list[CountedPart]:
     return [part for part in parts if part in usable_parts]
 
 
-def is_rolling_part(counted_part: CountedPart) -> bool:
-    """Whether a part rolls on a full round surface, its poses alike for all sides.
-
-    The counts are by these numbers, so a part whose poses change with the sides cannot
-    tell them.
-    """
-    resting = counted_part.resting
-    return (
-        any(pose.rolls for pose in resting.poses)
-        and any(run.full and run.kind == "round" for run in resting.body.runs)
-        and all(
-            resting.is_numbered_like(counted_part.with_round_sides(sides).resting)
-            for sides in ROUND_SIDES
-        )
-    )
-
-
-def _group_shares(counted_part: CountedPart, drop_scenes: Sequence[DropScene]) -> Array:
-    """Shares (n, G) of the groups by `split`."""
-    resting = counted_part.resting
-    return np.array(
-        [np.bincount(resting.group, split(resting, scene)) for scene in drop_scenes]
-    )
-
-
-def weigh_scenes(
-    parts: Sequence[ExplainedPart], grid: SceneGrid
-) -> tuple[Array, Array]:
-    """Log likelihood (n,) of all parts together, and the scenes' probabilities."""
-    likelihood = joint_likelihood(parts, grid)
-    logarithm = np.asarray(logsumexp(likelihood, axis=0, b=SCATTER_WEIGHTS[:, None]))
-    weight = grid.prior * np.exp(logarithm - logarithm.max())
-    return logarithm, weight / weight.sum()
-
-
-def joint_likelihood(parts: Sequence[ExplainedPart], grid: SceneGrid) -> Array:
-    """Log likelihood (S, n) of all parts together, by scatter and scene."""
-    return sum(
-        (part.likelihood for part in parts),
-        np.zeros((SHARE_SCATTERS.size, grid.prior.size)),
-    )
-
-
-def nearest_scene(parts: Sequence[ExplainedPart], weight: Array) -> int:
-    """Number of the scene whose shares are nearest to the average over all scenes.
-
-    Without parts it is the first.
-    """
-    distance = sum(
-        (np.square(part.shares - weight @ part.shares).mean(axis=1) for part in parts),
-        np.zeros(weight.size),
-    )
-    return int(distance.argmin())
-
-
 def _interval(values: Array, profile: Array, fitted: float) -> Interval:
     """A value with the outermost ones at which a profile crosses its level."""
     level = profile.max() - 0.5 * INTERVAL_FALL
@@ -506,19 +343,3 @@ def _p_value(
     if degrees_of_freedom <= 0:
         return math.nan
     return float(chdtrc(degrees_of_freedom, statistic))
-
-
-def log_likelihood(counts: Index, shares: Array) -> Array:
-    """Log likelihood (S, n) of counts (G,) where shares (n, G) are expected.
-
-    The true ones scatter around them as by a Dirichlet distribution.
-    """
-    is_counted = counts > 0
-    count = counts[is_counted].astype(np.float64)
-    expected = np.maximum(shares[:, is_counted], SMALLEST_SHARE)
-    total = SCATTER_STRENGTHS[:, None, None]
-    alpha = expected * total
-    normalization = gammaln(total + count.sum()) - gammaln(total)
-    return np.asarray(
-        (gammaln(alpha + count) - gammaln(alpha)).sum(axis=-1) - normalization[..., 0]
-    )
