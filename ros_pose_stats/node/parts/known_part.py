@@ -63,7 +63,7 @@ class PartSource:
         self,
         built_parts: Memory[PartKey, Part],
         key: PartKey,
-        build: Callable[[], Part],
+        build: "Callable[[PartSource], Part]",
     ) -> None:
         self._built_parts = built_parts
         self._key = key
@@ -71,6 +71,8 @@ class PartSource:
         self._lock = threading.Lock()
         # a part that stays in memory, since the state has not its mesh, or has no more
         self.unstored: Part | None = None
+        # the mesh of one that was not in memory when the state lost it
+        self.mesh: bytes | None = None
 
     @property
     def part(self) -> Part | None:
@@ -82,7 +84,7 @@ class PartSource:
         with self._lock:
             part = self.unstored or self._built_parts.get(self._key)
             if part is None:
-                part = self._build()
+                part = self._build(self)
                 self._built_parts.put(self._key, part)
             return part
 
@@ -91,6 +93,7 @@ class PartSource:
         if self.unstored is not None:
             self._built_parts.put(self._key, self.unstored)
             self.unstored = None
+        self.mesh = None
 
 
 @dataclass(eq=False)
@@ -175,9 +178,15 @@ class KnownPart:
         )
 
     def retire(self) -> None:
-        """Be no more what the name stands for; jobs may still be at work on it."""
+        """Be no more what the name stands for, before the state loses the mesh.
+
+        Jobs may still be at work on it, or begin.
+        """
         self.is_current = False
-        self.source.unstored = self.source.part
+        source = self.source
+        source.unstored = source.part
+        if source.unstored is None:
+            source.mesh = self._equipment.state.mesh(self.part_id)
 
     @property
     def can_be_drawn(self) -> bool:

@@ -139,7 +139,7 @@ class PartRegistry:
         key = part.part_id, part.content + offset.tobytes()
         return part.with_geometry(
             PartSource(
-                self._built_parts, key, lambda: shift_center(part.geometry, offset)
+                self._built_parts, key, lambda _: shift_center(part.geometry, offset)
             )
         )
 
@@ -147,10 +147,12 @@ class PartRegistry:
         """Whether a part can be built with no other one that leaves memory."""
         return self._built_parts.room >= GROWTH * max(part.size, SMALL_BYTES)
 
-    def _rebuild(self, part_id: str, digest: str) -> Part:
+    def _rebuild(self, part_id: str, digest: str, source: PartSource) -> Part:
         """Build a part out of the state; raises PoseStatsError."""
         name = part_requests.quote_text(part_id)
-        message = self._state.mesh(part_id)
+        stored_mesh = self._state.mesh(part_id)
+        # Only now, since the state may just have lost it.
+        message = source.mesh or stored_mesh
         if message is None:
             raise MeshError(
                 f"the mesh of {name} beside the state file",
@@ -243,10 +245,9 @@ class PartRegistry:
                 previous.introduce()
                 if previous.digest != part.digest:
                     changes += previous.counts.removal()
+                previous.retire()
             part.change = self._state.put_mesh(part.part_id, message, *changes)
             part.introduce()
-            if previous is not None:
-                previous.retire()
             part.is_current = True
             part.source.release()
             with self._lock:

@@ -31,7 +31,7 @@ def equipment_of(lanes=None, state=None, node=None, **settings):
 
 def source_of(build):
     """A source whose part stays in memory once it is built."""
-    return PartSource(Memory(1), ("clamp", b""), build)
+    return PartSource(Memory(1), ("clamp", b""), lambda _: build())
 
 
 def known_part(source, equipment=None, part_id="clamp"):

@@ -173,6 +173,25 @@ def test_a_part_in_work_stays_when_another_mesh_takes_its_name(registry_of):
     assert part.geometry.digest == part.digest
 
 
+@pytest.mark.parametrize(
+    "unname",
+    [
+        lambda registry, part: known_part(registry, scaled(1.1), part.part_id),
+        lambda registry, part: registry.forget(part),
+    ],
+    ids=["another mesh", "forgotten"],
+)
+def test_a_part_that_has_left_memory_is_built_when_its_name_is_gone(
+    registry_of, unname
+):
+    registry = registry_of(10_000)
+    part = known_part(registry, WEDGE, "part")
+    known_part(registry, scaled(1.2), "other")
+    assert not part.is_built
+    unname(registry, part)
+    assert part.geometry.digest == part.digest
+
+
 def test_a_part_is_drawn_when_it_has_left_memory(registry_of):
     registry = registry_of(100_000)
     part = known_part(registry, fine_box(3000), "part")
