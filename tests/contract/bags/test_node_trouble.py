@@ -25,6 +25,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from ros_pose_stats_msgs.msg import Code
 
+from lab.bodies.slow import smooth_body
 from ros_pose_stats import analyse_bags
 from tests.contract.node.harness.bags import (
     assert_readable_by_others,
@@ -41,7 +42,7 @@ from tests.contract.node.harness.client import until
 from tests.contract.node.harness.goals import Goals
 from tests.contract.node.harness.jobs import finished, start
 from tests.contract.node.harness.parts import WEDGE, flat, new_id, whole
-from tests.contract.node.harness.slow import builder_at_work, ellipsoid, standing
+from tests.contract.node.harness.slow import builder_at_work, standing
 from tests.running import is_gone
 
 from .rosbag2 import assert_played_by_time
@@ -81,7 +82,7 @@ def killed(domain, tmp_path_factory):
         job_id = start(client, answers[0].part_id, 300)
         answers.append(finished(client, job_id).statistics)
         running = analyse_bags(folder).contents
-        request = client.send("estimate", part=flat(ellipsoid(12_000)))
+        request = client.send("estimate", part=flat(smooth_body(12_000)))
         builder = builder_at_work(node.process.pid)
         assert not request.done()
         node.kill()

@@ -32,6 +32,7 @@ from ros_pose_stats_msgs.msg import JobStatus, PoseCounts
 from rosgraph_msgs.msg import Clock
 from shape_msgs.msg import Mesh
 
+from lab.bodies.slow import smooth_body
 from tests.answers import write_stl
 from tests.running import call_copy, call_here, is_gone, refusal
 
@@ -44,7 +45,7 @@ from .harness.goals import Goals, plans
 from .harness.jobs import LONG, finished, known_part, running_with_results, start
 from .harness.listed import rows
 from .harness.parts import WEDGE, flat, mesh, new_id
-from .harness.slow import builder_at_work, ellipsoid, standing
+from .harness.slow import builder_at_work, standing
 from .harness.transports import SHARED_MEMORY
 
 
@@ -392,7 +393,7 @@ def ended(domain, tmp_path_factory):
             open_ended, *(counted(model, [number]) for number in range(300))
         ).acknowledged()
         plan = plans(client)
-        slow = client.send("estimate", part=flat(ellipsoid(12_000), "long"))
+        slow = client.send("estimate", part=flat(smooth_body(12_000), "long"))
         with standing(builder_at_work(node.process.pid)) as builder:
             outcomes["many"] = [
                 client.send("estimate", part_id=part_id, restitution=0.3 + 1e-4 * k)

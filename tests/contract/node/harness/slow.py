@@ -10,48 +10,16 @@
 # ANY KIND, either express or implied. See the License for the specific language
 # governing permissions and limitations under the License.
 
-"""Meshes that take the node long, and the process in which it builds them."""
+"""The process in which a node builds meshes that take long."""
 
 import os
 import signal
 from contextlib import ExitStack, contextmanager
 
-import numpy as np
-import trimesh
-
 from tests.running import about, children
 
 from .client import until
 from .parts import fine_box, flat, new_id
-
-
-def ellipsoid(triangles, length=0.04):
-    """A smooth body: every vertex is a corner of the hull, which takes time.
-
-    A hundred thousand triangles take three seconds.
-    """
-    rings = max(4, round((triangles / 4) ** 0.5))
-    ball = trimesh.creation.uv_sphere(count=[rings, rings])
-    return ball.vertices * [0.5 * length, 0.4 * length, 0.3 * length], ball.faces
-
-
-def slivers(triangles, length=0.04, seed=0):
-    """Needles across each other: tetrahedra a million times longer than they are thick.
-
-    Whether they reach into each other is looked for as long as it may be.
-    """
-    chance = np.random.default_rng(seed)
-    count = triangles // 4
-    ends = chance.uniform(-0.5, 0.5, (2, count, 3)) * length
-    offsets = chance.normal(size=(2, count, 3)) * 1e-6 * length
-    corners = np.stack(
-        [ends[0], ends[1], ends[0] + offsets[0], ends[0] + offsets[1]], 1
-    )
-    volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
-    corners[volume < 0.0, 2:] = corners[volume < 0.0, 3:1:-1]
-    rows = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
-    starts = 4 * np.arange(count)[:, None, None]
-    return corners.reshape(-1, 3), (rows + starts).reshape(-1, 3).astype(np.uint32)
 
 
 def memory(pid, line):

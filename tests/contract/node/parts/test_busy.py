@@ -21,6 +21,7 @@ import pytest
 from rclpy.time import Time
 
 from lab.bodies import shapes
+from lab.bodies.slow import slivers, smooth_body
 from ros_pose_stats import estimate
 from tests.answers import notes
 
@@ -30,15 +31,13 @@ from ..harness.client import Client, until, wait_for
 from ..harness.parts import WEDGE, flat, library_part, new_id, probabilities
 from ..harness.slow import (
     builder_at_work,
-    ellipsoid,
     kill,
     memory,
-    slivers,
     standing,
     standing_builder,
 )
 
-LARGE = ellipsoid(12_000)
+LARGE = smooth_body(12_000)
 """So large that it is built in a process of its own."""
 
 MOST_GROWTH = 400 * 2**20
@@ -140,7 +139,7 @@ def test_all_requests_that_wait_share_one_bound_in_bytes(tuned, pid):
 def test_a_mesh_whose_process_is_killed_is_refused_and_the_next_one_served(
     tuned, publisher, pid
 ):
-    slow = ellipsoid(120_000)
+    slow = smooth_body(120_000)
     future = tuned.send("estimate", part=flat(slow, new_id()))
     published = new_id()
     kill(builder_at_work(pid))

@@ -23,11 +23,11 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from lab.bodies import shapes
 from lab.bodies.samples import clamp_hull
+from lab.bodies.slow import smooth_body
 from lab.bodies.variants import moved
 
 from ..harness.client import until
 from ..harness.parts import WEDGE, fine_box, flat, new_id
-from ..harness.slow import ellipsoid
 
 SURFACES = {
     "wedge": WEDGE,
@@ -167,7 +167,7 @@ def assert_seen_from_outside(triangles):
 def test_fine_meshes_are_thinned_and_still_rest_on_the_plate(tuned):
     """What is drawn is thinned; so is, otherwise, the hull that rests."""
     statistics = tuned.good(
-        "estimate", part=flat(ellipsoid(12_000), new_id())
+        "estimate", part=flat(smooth_body(12_000), new_id())
     ).statistics
     with Drawing(tuned) as drawing:
         row = bodies(drawing.of([statistics.part_id]))
