@@ -168,8 +168,7 @@ class PlanFeedingServer(GoalServer[Plan]):
         """Show the plans that wait for a job how far it is."""
         with self._plans_lock:
             plans = [plan for plan in self._plans if plan.job is job]
-        for plan in plans:
-            self.follow(plan)
+        self.follow(*plans)
 
     def feedback(self, work: Plan) -> Any:
         """How far the flips are."""

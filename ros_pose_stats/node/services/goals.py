@@ -157,19 +157,21 @@ class GoalServer(ABC, Generic[W]):
             self._show_executing(goal)
         answer.finished.add_done_callback(lambda _: self._complete(goal, answer))
 
-    def follow(self, work: W) -> None:
-        """Show goals of work that goes on how far it is."""
+    def follow(self, *works: W) -> None:
+        """Show goals of work that goes on how far it is, all of them as often."""
         time_now = time.monotonic()
         with self._lock:
-            goals = [goal for goal, its_work in self.goals.values() if its_work is work]
-        for goal in goals:
+            pairs = [
+                (goal, work) for goal, work in self.goals.values() if work in works
+            ]
+        for goal, _ in pairs:
             self._show_executing(goal)
-        if work.drops_done and goals and time_now >= self._next_feedback:
+        begun = [(goal, work) for goal, work in pairs if work.drops_done]
+        if begun and time_now >= self._next_feedback:
             self._next_feedback = time_now + FEEDBACK_SECONDS
-            feedback = self.feedback(work)
-            for goal in goals:
+            for goal, work in begun:
                 if goal.is_active:
-                    goal.publish_feedback(feedback)
+                    goal.publish_feedback(self.feedback(work))
 
     def _cancel(self, goal: server.ServerGoalHandle) -> CancelResponse:
         """Cancel the work once the goal is cancelled, which follows the callback."""

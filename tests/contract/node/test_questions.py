@@ -170,8 +170,8 @@ class TestFlips:
         goals.close()
 
     def test_others_are_answered_while_it_flips(self, tuned):
-        """Equal questions share flips, as the queue has no room for more; also where
-        one of them is cancelled.
+        """Equal questions share flips, as the queue has no room for more, and hear
+        how far they are; also where one of them is cancelled.
         """
         assert tuned.set(drops=10**7, max_queued_jobs=1) == {}
         part_id = known_part(tuned)
@@ -182,6 +182,8 @@ class TestFlips:
         feedback = first.first_feedback()
         assert (feedback.kick_heights_done, feedback.kick_heights_total) == (0, 1)
         assert 0 < feedback.flips_done <= feedback.flips_total
+        for goal in others:
+            assert goal.first_feedback().flips_done > 0
         tuned.good("get_statistics", part_id=part_id)
         first.cancel()
         status, result = first.result()
