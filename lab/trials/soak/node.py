@@ -43,12 +43,14 @@ FAULT = 150
 the calls that a fault lasts.
 """
 
-MOST_GROWTH = 1.25
-"""Times the memory of the longest life's first quarter at its end, where it is long
-enough.
-"""
+WARM_SECONDS = 600.0
+MOST_GROWTH = 5.0
+"""MiB that memory may grow by after the longest life's first ten minutes."""
 
-ENOUGH = 10_000
+LOOKS = 5
+ENOUGH = 12
+"""Looks at the memory between two faults, and how many of them are judged at least."""
+
 ANCHOR = "anchor"
 
 
@@ -138,17 +140,23 @@ class Soak:
         )
 
     def memory(self, setting: Setting) -> Outcome:
-        """Resident memory of the longest life."""
+        """Resident memory of the longest life, flat after its first ten minutes."""
         self.calls(setting)
-        sizes = self._memory
-        first = median(sizes[: max(1, len(sizes) // 4)])
-        last = sizes[-1]
-        grown = last > MOST_GROWTH * first and LONG_SHARE * setting.of(CALLS) > ENOUGH
+        minutes = self._memory[-1][0] / 60.0
+        sizes = [
+            size / MEGABYTE for seconds, size in self._memory if seconds > WARM_SECONDS
+        ]
+        if len(sizes) < ENOUGH:
+            size = self._memory[-1][1] / MEGABYTE
+            return Outcome(1, [], f"{size:.0f} MiB after {minutes:.0f} min: not judged")
+        third = len(sizes) // 3
+        growth = median(sizes[-third:]) - median(sizes[:third])
         summary = (
-            f"{first / MEGABYTE:.0f} MiB in the first quarter, "
-            f"{last / MEGABYTE:.0f} at the end"
+            f"{median(sizes):.0f} MiB after ten minutes ({min(sizes):.0f} to "
+            f"{max(sizes):.0f}), {growth:+.1f} MiB from the first third to the last of "
+            f"{minutes:.0f} min"
         )
-        return Outcome(len(sizes), [summary] * grown, summary)
+        return Outcome(len(sizes), [summary] * (growth > MOST_GROWTH), summary)
 
     def _live(self, setting):
         folder = tempfile.TemporaryDirectory(prefix="soak_")
@@ -170,13 +178,15 @@ class Soak:
         try:
             self._look_for_anchor(life)
             life.start(lanes.ALL)
+            start = time.monotonic()
             pieces = max(5, span.faults + 1)
             for piece in range(pieces):
-                life.go_on(span.calls // pieces)
+                for _ in range(LOOKS):
+                    life.go_on(span.calls // (pieces * LOOKS))
+                    if not span.killed and span.faults > 1:
+                        self._memory.append((time.monotonic() - start, life.memory))
                 if piece < span.faults:
                     self._fault(life)
-                if not span.killed and span.faults > 1:
-                    self._memory.append(life.memory)
             self._drop_anchor(life)
         finally:
             life.end(span.killed)
