@@ -26,8 +26,9 @@ BENCHMARKS = Page(
     """# Benchmarks
 
 Written by `python -m lab.benchmarks.core --write`, and so by `lab.benchmarks.start`,
-`lab.benchmarks.drops`, `lab.benchmarks.rolls`, `lab.training.expected_errors`,
-`lab.benchmarks.default_answer` and `lab.benchmarks.node`, from
+`lab.benchmarks.drops`, `lab.benchmarks.part_rates`, `lab.benchmarks.rolls`,
+`lab.training.expected_errors`, `lab.benchmarks.default_answer` and
+`lab.benchmarks.node`, from
 `docs/measured/numbers/*.json`; edits here are lost. The
 machine was shared while these ran: contenders took turns within one run, so the ratios
 are what counts, and times only give an idea. Kernels were compiled before, and times
@@ -39,6 +40,7 @@ linear algebra library wait for each other, which `OPENBLAS_NUM_THREADS=1` avoid
         "core",
         "start",
         "drops",
+        "part_rates",
         "rolls",
         "expected_errors",
         "default_answer",

@@ -38,7 +38,7 @@ from ros_pose_stats.core.simulation.drops import (
     release_directions,
 )
 
-from .drops.dropper import paper_droppers
+from .drops.dropper import paper_seconds
 from .program import benchmark_parser, run_benchmark
 
 SEED = 31
@@ -46,8 +46,6 @@ DROPS = 30_000
 FIRST_DROPS = 1_000
 QUICK_DROPS = 100
 RESTITUTION = 0.5
-PAPER_BODIES = 12
-PAPER_DROPS = 200
 TAPED_DROPS = 20
 TAPE_ROWS = 60_000
 MOST_TIMES = 30.0
@@ -89,9 +87,9 @@ WEIGHT_DROPS = 200
 
 def rolls(drops: int) -> Section:
     """A row for each body that rolls or rocks for long."""
-    paper_seconds = _paper_seconds()
+    paper_cost = paper_seconds(RESTITUTION, SEED)
     rows = tuple(
-        _roll_row(name, make(), drops, paper_seconds) for name, make in ROLLING.items()
+        _roll_row(name, make(), drops, paper_cost) for name, make in ROLLING.items()
     )
     return Section(
         "rolls",
@@ -101,17 +99,7 @@ def rolls(drops: int) -> Section:
     )
 
 
-def _paper_seconds() -> float:
-    droppers = paper_droppers(PAPER_BODIES)
-    seconds = 0.0
-    for dropper in droppers:
-        rules = dropper.rules(RESTITUTION)
-        dropper.drop(rules, 0, 1)  # compiles or loads the kernel
-        seconds += timed(partial(dropper.drop, rules, SEED, PAPER_DROPS))[1]
-    return seconds / (PAPER_BODIES * PAPER_DROPS)
-
-
-def _roll_row(name: str, part: Part, drops: int, paper_seconds: float) -> Row:
+def _roll_row(name: str, part: Part, drops: int, paper_cost: float) -> Row:
     scene = DropScene(RESTITUTION)
     body = drop_body(part, scene)
     rules = drop_rules(scene, body.radius, draws=True)
@@ -133,7 +121,7 @@ def _roll_row(name: str, part: Part, drops: int, paper_seconds: float) -> Row:
     units = unit[outcomes.pose]
     units[is_early] = unit[whole.pose]
     elsewhere = int(is_elsewhere.sum())
-    times = seconds / drops / paper_seconds
+    times = seconds / drops / paper_cost
     whole_events = whole.events.sum() + outcomes.events[~is_early].sum()
     return Row(
         name,

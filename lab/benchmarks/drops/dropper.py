@@ -13,11 +13,13 @@
 """A body prepared for drops, for measurements of the kernel itself."""
 
 from collections.abc import Iterator
+from functools import partial
 from itertools import count, islice
 from typing import NamedTuple
 
 from lab.bodies import curved
 from lab.bodies.curved import Body
+from lab.frame.timing import timed
 from ros_pose_stats import DropScene, part_from_mesh
 from ros_pose_stats.core.kernels.drops.layout import DropRules
 from ros_pose_stats.core.simulation.drop_body import drop_body
@@ -29,6 +31,9 @@ from ros_pose_stats.core.simulation.drops import (
 )
 
 RESTITUTIONS = (0.2, 0.5, 0.8)
+
+PAPER_BODIES = 12
+PAPER_DROPS = 200
 
 
 class Effort(NamedTuple):
@@ -77,3 +82,13 @@ def _paper_droppers() -> Iterator[Dropper]:
         dropper = Dropper(curved.paper_polyhedron(seed))
         if dropper.poses >= 2:
             yield dropper
+
+
+def paper_seconds(restitution: float, seed: int) -> float:
+    """Mean processor time of a drop of one of the paper's random polyhedra."""
+    seconds = 0.0
+    for dropper in paper_droppers(PAPER_BODIES):
+        rules = dropper.rules(restitution)
+        dropper.drop(rules, 0, 1)  # compiles or loads the kernel
+        seconds += timed(partial(dropper.drop, rules, seed, PAPER_DROPS))[1]
+    return seconds / (PAPER_BODIES * PAPER_DROPS)
