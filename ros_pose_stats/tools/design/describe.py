@@ -108,15 +108,15 @@ def describe_verdict(
     result: comparison.Comparison, variant: comparison.VariantComparison
 ) -> str:
     """Which variant feeds better, and by how much; without a feeder, what differs."""
-    letter_ = letter(variant.second)
+    variant_letter = letter(variant.second)
     share = variant.deciding
     if not result.drops:
-        return f"A and {letter_}: not dropped yet"
+        return f"A and {variant_letter}: not dropped yet"
     if share.in_model == comparison.NO_DIFFERENCE:
         if variant.feeder is not None:
             return (
                 f"{result.drops} drops of each show no difference in feeding: "
-                f"{_percent(share.second.value)} of {letter_} accepted, "
+                f"{_percent(share.second.value)} of {variant_letter} accepted, "
                 f"{_percent(share.first.value)} of A ({_points(share, 1.0)})"
             )
         bound = max(
@@ -124,7 +124,7 @@ def describe_verdict(
             for share in variant.shares
         )
         return (
-            f"{result.drops} drops of each show no difference of A and {letter_}: no "
+            f"{result.drops} drops of each show no difference of A and {variant_letter}: no "
             f"share differs by more than {100.0 * bound:.1f} points"
         )
     if variant.feeder is None:
@@ -134,16 +134,21 @@ def describe_verdict(
             if indices
             else f"{name} has no such pose"
             for name, side, indices in zip(
-                (letter_, "A"), (share.second, share.first), poses[::-1], strict=True
+                (variant_letter, "A"),
+                (share.second, share.first),
+                poses[::-1],
+                strict=True,
             )
         ]
         return (
-            f"{letter_} differs from A, most here: {', '.join(sides)} "
+            f"{variant_letter} differs from A, most here: {', '.join(sides)} "
             f"({_points(share, 1.0)}); {ON_PLATE[share.on_plate]}"
         )
     values = (share.second.value, share.first.value)
-    better, sign = (letter_, 1.0) if share.difference.value >= 0.0 else ("A", -1.0)
-    worse = "A" if sign > 0.0 else letter_
+    better, sign = (
+        (variant_letter, 1.0) if share.difference.value >= 0.0 else ("A", -1.0)
+    )
+    worse = "A" if sign > 0.0 else variant_letter
     return (
         f"{better} feeds better: {_percent(max(values))} accepted, {worse} "
         f"{_percent(min(values))} ({_points(share, sign)}); {ON_PLATE[share.on_plate]}"
