@@ -58,8 +58,9 @@ ABOUT = (
     "processor time: of the slowest part, of the one that a tenth of the parts are "
     "slower than, of the middle one. `times`: the time of their drops over that of one "
     "of the paper's random polyhedra at the same restitution, {:.0f} µs. `events`: "
-    "impacts and steps a drop, of the middle part and of the one with most. `designed`: six kinds of turned, milled and toothed parts with random "
-    "proportions (`lab/bodies/catalogue_parts.py`)."
+    "impacts and steps a drop, of the middle part and of the one with most. "
+    "`designed`: six kinds of turned, milled and toothed parts with random proportions "
+    "(`lab/bodies/catalogue_parts.py`)."
 )
 
 
