@@ -13,6 +13,8 @@
 """The command `ros_pose_stats`: parses, runs, and turns refusals into statuses."""
 
 import argparse
+import atexit
+import gc
 import io
 import os
 import pkgutil
@@ -109,6 +111,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         failure. Where a command has spoken DDS, the process ends with it at once.
     """
     prepare_streams()
+    if arguments is None:
+        # The last collection of a process would look through all that numba and scipy
+        # have made, which takes as long as to import one of them.
+        atexit.register(gc.freeze)
     words = sys.argv[1:] if arguments is None else list(arguments)
     words, ros_arguments = split_ros_arguments(words)
     top = parser()
