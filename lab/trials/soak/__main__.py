@@ -16,7 +16,7 @@ from ..frame import program
 from .drops import many_drops
 from .node import Soak
 
-SHORT = 0.05
+SHORT = 0.02
 
 if __name__ == "__main__":
     raise SystemExit(program("soak", [many_drops, *Soak().trials()], SHORT))

@@ -35,9 +35,9 @@ from . import lanes
 from .life import Life, node_of
 from .told import SEVERAL, SURFACES, Told
 
-CALLS = 45_000
+CALLS = 150_000
 SHORT_LIVES = 10
-LONG_SHARE = 0.6
+LONG_SHARE = 0.9
 FAULT = 150
 """Of a full run: calls, lives that end soon, the share of calls in the long one; and
 the calls that a fault lasts.
@@ -68,7 +68,7 @@ def plan(setting):
     """
     calls = setting.of(CALLS, 3000)
     lives = setting.of(SHORT_LIVES, 3)
-    short = round((1.0 - LONG_SHARE) * calls / lives)
+    short = max(400, round((1.0 - LONG_SHARE) * calls / lives))
     return [
         *(Span(short, 1, number % 2 == 0) for number in range(lives)),
         Span(round(LONG_SHARE * calls), max(4, setting.of(15)), False),
