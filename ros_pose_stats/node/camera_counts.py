@@ -15,25 +15,30 @@
 import math
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import Future
 from contextlib import nullcontext
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from rclpy import callback_groups, event_handler, qos, serialization
 from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 
 from ..base.errors import RequestError
+from ..core.records import DropScene, Part
 from ..core.resting.observed_orientations import classify_orientations
 from .equipment import Equipment
+from .lanes import result_or_refusal
 from .memory import Memory
 from .messages import part_messages, part_requests, times
-from .messages.codes import describe_error
+from .messages.codes import BusyError, describe_error
 from .parts.known_part import KnownPart
 from .parts.registry import PartRegistry
 from .recorder import POSE_COUNTS
 from .refusals import COUNTS, MINUTE, SequenceGaps
+
+M = TypeVar("M")
 
 # of a camera's message: counts of some 80 000 poses, or some 16 000 parts
 MOST_BYTES = 2**20
@@ -149,10 +154,16 @@ LONGEST_SETTING = 100  # of a feeder, and characters of a name
 class Cameras:
     """Records each count as it is, learns from it, and says if it cannot be compared.
 
-    What a camera saw is counted, and taken as if it had counted that itself.
+    What a camera saw is counted, and taken as if it had counted that itself; where the
+    part has left memory, once it is built.
     """
 
-    def __init__(self, equipment: Equipment, parts: PartRegistry) -> None:
+    def __init__(
+        self,
+        equipment: Equipment,
+        parts: PartRegistry,
+        build_known: Callable[[KnownPart, DropScene], Future[Part]],
+    ) -> None:
         self._settings = equipment.settings
         self._refusals = equipment.refusals
         self._log = equipment.node.get_logger()
@@ -160,13 +171,18 @@ class Cameras:
         self._recorder = equipment.recorder
         self._state = equipment.state
         self._parts = parts
+        self._build_known = build_known
+        # what was seen of parts that are being built, and its bytes
+        self._waiting: dict[KnownPart, list[part_messages.ObservedArrays]] = {}
+        self._waiting_bytes = 0
+        self._waiting_lock = threading.Lock()
         self._subscriptions = [
             BatchSubscription(
                 equipment,
                 ObservedParts,
                 OBSERVED_TOPIC,
                 "messages",
-                partial(self._take, OBSERVED_TOPIC, "message", self._count_observed),
+                partial(self._take, OBSERVED_TOPIC, "message", self._read_observed),
             ),
             BatchSubscription(
                 equipment,
@@ -186,14 +202,14 @@ class Cameras:
         self,
         topic: str,
         noun: str,
-        read: Callable[[bytes], PoseCounts | None],
-        messages: list[bytes],
+        read: Callable[[M], PoseCounts | None],
+        messages: Iterable[M],
     ) -> None:
         """Learn from what was counted, have that on the disk, and put it on record."""
         sound = []
-        for data in messages:
+        for message in messages:
             try:
-                counts = read(data)
+                counts = read(message)
             except Exception as error:  # a refusal, or a failure that is told like one
                 self._refusals.refuse(
                     self._full_name(topic), describe_error(error), noun
@@ -236,11 +252,10 @@ class Cameras:
                 f"{self._full_name(COUNTS_TOPIC)}: recorded, but {problem}"
             )
 
-    def _count_observed(self, data: bytes) -> PoseCounts | None:
-        """Count the poses of parts that a camera saw; None where it saw none."""
-        settings = self._settings()
+    def _read_observed(self, data: bytes) -> PoseCounts | None:
+        """Count the poses of parts that a camera saw; None where that comes later."""
         observed = part_messages.observed_parts(data, MOST_BYTES)
-        check_observed(observed, settings.plate_frame)
+        check_observed(observed, self._settings().plate_frame)
         part = self._parts.current(observed.part_id)
         if part is None or part.latched is None:
             raise RequestError(
@@ -250,14 +265,63 @@ class Cameras:
             )
         if not len(observed.poses):
             return None
-        result = part.latched.message
-        scene = part.latched.scene
+        with self._waiting_lock:
+            if part in self._waiting:
+                self._let_wait(part, observed)
+                return None
+            build = self._build_known(part, part.latched.scene)
+            is_built = build.done()
+            if not is_built:
+                self._let_wait(part, observed)
+        if is_built:
+            return self._count_observed(observed, part, result_or_refusal(build))
+        build.add_done_callback(partial(self._count_waiting, part))
+        return None
+
+    def _let_wait(
+        self, part: KnownPart, observed: part_messages.ObservedArrays
+    ) -> None:
+        """Have a message wait until its part is built; the lock is held."""
+        size = observed.poses.nbytes + OVERHEAD
+        if self._waiting_bytes + size > MOST_AT_ONCE:
+            raise BusyError(
+                f"at most {MOST_AT_ONCE} bytes that wait for parts to be built",
+                f"{size} more than the {self._waiting_bytes} that do",
+                "send it again in a moment",
+            )
+        self._waiting_bytes += size
+        self._waiting.setdefault(part, []).append(observed)
+
+    def _count_waiting(self, part: KnownPart, build: Future[Part]) -> None:
+        """Count what was seen of a part that is built now, or is refused."""
+        with self._waiting_lock:
+            messages = self._waiting.pop(part)
+            self._waiting_bytes -= sum(
+                observed.poses.nbytes + OVERHEAD for observed in messages
+            )
+        self._take(
+            OBSERVED_TOPIC,
+            "message",
+            lambda observed: self._count_observed(
+                observed, part, result_or_refusal(build)
+            ),
+            messages,
+        )
+
+    def _count_observed(
+        self, observed: part_messages.ObservedArrays, part: KnownPart, geometry: Part
+    ) -> PoseCounts | None:
+        """Count the poses that a camera saw; None where another mesh numbers them."""
+        settings = self._settings()
+        latched = part.latched
+        assert latched is not None
+        result = latched.message
         problem = numbering_problem(observed.numbering, part)
         if problem:
             self._refusals.refuse(self._full_name(OBSERVED_TOPIC), problem, "message")
             return None
         poses = classify_orientations(
-            part.geometry,
+            geometry,
             observed.poses[:, 3:],
             cluster_tolerance=result.cluster_tolerance,
             round_sides=result.round_sides,
@@ -266,6 +330,7 @@ class Cameras:
         if len(observed.confidence):
             is_sure &= observed.confidence >= LEAST_CONFIDENCE
         index, count = np.unique(poses[is_sure], return_counts=True)
+        scene = latched.scene
         counts = PoseCounts(
             part_id=part.part_id,
             numbering=result.numbering,

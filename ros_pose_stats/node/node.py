@@ -106,7 +106,7 @@ class PoseStatsNode(AnsweringNode):
         # Meshes and cameras; nothing is heard before the executor has the node.
         self.intake = intake.Intake(equipment, parts, self.builder, refiner.follow)
         intake.subscribe_to_meshes(equipment, self.intake)
-        self.cameras = Cameras(equipment, parts)
+        self.cameras = Cameras(equipment, parts, self.intake.build_known)
         if settings().restore:
             parts.restore()
         else:

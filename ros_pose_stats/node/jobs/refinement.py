@@ -29,7 +29,7 @@ from ...core.resting.poses import poses_in
 from ..equipment import Equipment
 from ..lanes import Lane, Rank, finished_future
 from ..memory import Memory
-from ..messages import statistics_messages
+from ..messages import part_requests, statistics_messages
 from ..parts.known_part import KnownPart
 from ..parts.part_results import BEST, CHECKED, TRIED
 from ..parts.registry import PartRegistry
@@ -139,17 +139,23 @@ class Refinement:
                 return
         self._jobs.submit(request, finished_future(part), settings)
 
+    def has_answer(self, part: KnownPart, method: str, scene: DropScene) -> bool:
+        """Whether an answer without a target is at hand; raises as an estimate does."""
+        name = method or self._settings().default_method
+        if name != methods.AUTO:
+            name = part_requests.estimator_name(name, scene.restitution)
+            return part.results.get(name, scene) is not None
+        checked = part.results.get(CHECKED, scene)
+        if checked is None:
+            return False
+        answer = _believed(part, checked, scene)
+        return self._bounds.get(_bound_key(answer, scene)) is not None
+
     def answer_checked(
         self, part: KnownPart, checked: PoseStatistics, scene: DropScene
     ) -> tuple[PoseStatistics, str]:
         """What answers where no target was asked for, and why."""
-        best = part.results.get(BEST, scene)
-        if (
-            best is not None
-            and best.drops > checked.drops
-            and statistics_messages.refutes(best)
-        ):
-            checked = best
+        checked = _believed(part, checked, scene)
         return checked, auto.explain_answer(
             best_method(scene.restitution),
             checked.method,
@@ -235,10 +241,8 @@ class Refinement:
         self, part: KnownPart, message: PoseStatistics, scene: DropScene
     ) -> float:
         """The error that a result keeps with 90 % confidence; infinite if unknown."""
-        poses = sorted(message.poses, key=lambda pose: pose.index)
-        counts = tuple(pose.count for pose in poses)
-        is_refuted = statistics_messages.refutes(message)
-        key = message.part_digest, scene, message.method, is_refuted, counts
+        key = _bound_key(message, scene)
+        *_, is_refuted, counts = key
         bound = self._bounds.get(key)
         if bound is None:
             resting = poses_in(part.geometry, scene)
@@ -269,6 +273,28 @@ class Refinement:
         if model is None:
             return target_error
         return min(target_error, statistics_messages.comparable_error(model))
+
+
+def _bound_key(message: PoseStatistics, scene: DropScene) -> BoundKey:
+    """On what the error depends that a result keeps."""
+    poses = sorted(message.poses, key=lambda pose: pose.index)
+    counts = tuple(pose.count for pose in poses)
+    is_refuted = statistics_messages.refutes(message)
+    return message.part_digest, scene, message.method, is_refuted, counts
+
+
+def _believed(
+    part: KnownPart, checked: PoseStatistics, scene: DropScene
+) -> PoseStatistics:
+    """A checked estimate, or more drops that refute it."""
+    best = part.results.get(BEST, scene)
+    if (
+        best is not None
+        and best.drops > checked.drops
+        and statistics_messages.refutes(best)
+    ):
+        return best
+    return checked
 
 
 def _means(message: PoseStatistics) -> str:

@@ -42,8 +42,8 @@ class Channel(Generic[P]):
 
     The lock is held while a result of the name is latched or withdrawn, while counts
     are added, and while a mesh comes or goes. Nobody holds the locks of two channels.
-    Who has one may wait for a mesh to be built, and for the locks of state, bag and
-    registry; nobody who has one of these waits for a channel.
+    Who has one may wait for the locks of state, bag and registry, and builds no mesh;
+    nobody who has one of these waits for a channel.
     """
 
     def __init__(self, equipment: Equipment, note_change: Callable[[], object]) -> None:

@@ -15,6 +15,7 @@
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
+from typing import TypeVar
 
 from rclpy import callback_groups, event_handler, qos
 from ros_pose_stats_msgs.msg import PartMesh
@@ -22,7 +23,7 @@ from shape_msgs.msg import Mesh
 
 from ...base.errors import PoseStatsError
 from ...core.mesh.bodies.overlap import TakesLongError
-from ...core.records import DropScene
+from ...core.records import DropScene, Part
 from ...core.resting.poses import are_found
 from ..equipment import Equipment
 from ..lanes import Lane, Rank, finished_future
@@ -34,6 +35,8 @@ from . import part_builder
 from .known_part import KnownPart
 from .mesh_resources import read_resource
 from .registry import PartRegistry
+
+T = TypeVar("T")
 
 DEPTH = 100  # messages that wait in the middleware
 LARGE_BYTES = 24 * part_builder.LARGE_TRIANGLES  # of a mesh that is not built yet
@@ -72,10 +75,12 @@ class Intake:
         scene = settings.scene(request.scene_override)
         part, is_new = self._parts.identify(request)
         if is_new:
+            geometry = part.geometry
             part.estimate("", scene)  # what has no equilibrium is no part
             self._parts.put(part, request)
+            part.compare_counts(geometry)
             part.show_best()
-            part.log_arrival()
+            part.log_arrival(geometry)
             self._follow(part)
         return part
 
@@ -99,24 +104,35 @@ class Intake:
 
     def build_known(
         self, part: KnownPart, scene: DropScene | None = None
-    ) -> Future[KnownPart]:
-        """A known part once it is built, with poses in a scene; before new ones."""
-        lane = _lane_of(part)
-        is_built = part.is_built
-        if is_built and (
-            scene is None or lane is Lane.QUICK or are_found(part.geometry, scene)
-        ):
-            return finished_future(part)
+    ) -> Future[Part]:
+        """The known part itself, with poses in a scene; built before new ones.
 
-        def build() -> KnownPart:
+        As long as somebody has it, `part.geometry` is at hand.
+        """
+        return self._with_geometry(part, scene, lambda geometry: geometry)
+
+    def build_for_job(self, part: KnownPart) -> Future[KnownPart]:
+        """A known part once it is built; it may leave memory before its job begins."""
+        return self._with_geometry(part, None, lambda geometry: part)
+
+    def _with_geometry(
+        self, part: KnownPart, scene: DropScene | None, give: Callable[[Part], T]
+    ) -> Future[T]:
+        lane = _lane_of(part)
+        built_part = part.source.part
+        if built_part is not None and (
+            scene is None or lane is Lane.QUICK or are_found(built_part, scene)
+        ):
+            return finished_future(give(built_part))
+
+        def build() -> T:
             geometry = part.geometry
             if scene is not None:
                 self._builder.find_poses(geometry, scene)
-            return part
+            return give(geometry)
 
-        return self._lanes.put(
-            build, Rank.KNOWN_PART, lane, 0, "" if is_built else part.part_id
-        )
+        name = part.part_id if built_part is None else ""
+        return self._lanes.put(build, Rank.KNOWN_PART, lane, 0, name)
 
     def show_all_again(self) -> None:
         """Show known parts in another scene, when nothing else waits."""
@@ -131,7 +147,9 @@ class Intake:
 
     def _show_again(self, part: KnownPart) -> None:
         self._outdated.discard(part)
-        self._builder.find_poses(part.geometry, self._settings().scene())
+        geometry = part.geometry
+        self._builder.find_poses(geometry, self._settings().scene())
+        part.compare_counts(geometry)
         part.show_best()
         self._follow(part)
 
@@ -178,10 +196,13 @@ def _lane_of(part: KnownPart | part_requests.PartRequest) -> Lane:
         if part.resource:
             return Lane.FILE
         is_large = part_builder.is_large(part)
-    elif part.is_built:
-        is_large = part_builder.is_large(part.geometry)
     else:
-        is_large = part.size > LARGE_BYTES
+        geometry = part.source.part
+        is_large = (
+            part.size > LARGE_BYTES
+            if geometry is None
+            else part_builder.is_large(geometry)
+        )
     return Lane.SLOW if is_large else Lane.QUICK
 
 

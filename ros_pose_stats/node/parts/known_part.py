@@ -16,6 +16,7 @@ import copy
 import math
 import threading
 import time
+import weakref
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
 from dataclasses import dataclass, field, replace
@@ -30,7 +31,8 @@ from ...core.mesh import decimation
 from ...core.planning import auto
 from ...core.records import Array, DropScene, Index, Part
 from ...core.records.notes import notes_of
-from ...core.records.scene import DEFAULT_SEED
+from ...core.records.scene import DEFAULT_SEED, numbering_of
+from ...core.resting.poses import resting_poses
 from ...core.simulation.request import Watch, drop_request
 from ..equipment import Equipment
 from ..memory import Memory
@@ -73,25 +75,29 @@ class PartSource:
         self.unstored: Part | None = None
         # the mesh of one that was not in memory when the state lost it
         self.mesh: bytes | None = None
+        # the part that was there last, which who works on it may still have
+        self._last: Callable[[], Part | None] = lambda: None
 
     @property
     def part(self) -> Part | None:
-        """The part, where it is in memory."""
-        return self.unstored or self._built_parts.peek(self._key)
+        """The part, where it is in memory, be it only since somebody works on it."""
+        return self.unstored or self._built_parts.peek(self._key) or self._last()
 
     def get(self) -> Part:
-        """The part, once it is built."""
+        """The part, once it is built: no work for a callback, unless it has the part."""
         with self._lock:
             part = self.unstored or self._built_parts.get(self._key)
             if part is None:
-                part = self._build(self)
+                part = self._last() or self._build(self)
                 self._built_parts.put(self._key, part)
+            self._last = weakref.ref(part)
             return part
 
     def release(self) -> None:
         """Let memory decide from now on how long it has the part, weighed as it is."""
         if self.unstored is not None:
             self._built_parts.put(self._key, self.unstored)
+            self._last = weakref.ref(self.unstored)
             self.unstored = None
         self.mesh = None
 
@@ -144,9 +150,7 @@ class KnownPart:
         self.lock = self.channel.lock
         self._equipment = self.commons.equipment
         self._settings = self.commons.equipment.settings
-        self.counts = PartCounts(
-            self._equipment, self.part_id, self.digest, self.source.get
-        )
+        self.counts = PartCounts(self._equipment, self.part_id, self.digest)
         self.results = PartResults(
             self.commons.results,
             self._settings,
@@ -272,16 +276,6 @@ class KnownPart:
             and not (model is not None and model.drops)
         )
 
-    def has_answer(self, method: str, scene: DropScene) -> bool:
-        """Whether an answer without a target is at hand; raises as `estimate`."""
-        name = method or self._settings().default_method
-        role = (
-            CHECKED
-            if name == methods.AUTO
-            else part_requests.estimator_name(name, scene.restitution)
-        )
-        return self.results.get(role, scene) is not None
-
     def model_in(self, scene: DropScene) -> PoseStatistics | None:
         """The model behind what is latched, where that is for this scene."""
         latched = self.latched
@@ -309,6 +303,8 @@ class KnownPart:
             return False
         if not (self.is_current and self._is_present(scene)):
             return False
+        if self.counts.lack_comparison(message):
+            return False  # it is shown again once it is compared
         model = self.model_in(scene)
         return model is None or statistics_messages.replaces(message, model)
 
@@ -380,7 +376,8 @@ class KnownPart:
             if latched is None or not self.is_current:
                 return
             counted = self.counts.parts_counted_for(latched.model)
-            if counted not in (0, latched.message.counted_parts):
+            is_news = counted not in (0, latched.message.counted_parts)
+            if is_news and not self.counts.lack_comparison(latched.model):
                 self._latch(latched.model, latched.scene)
             elif not latched.is_recorded and self.channel.recorded_at > -math.inf:
                 latched.is_recorded = True
@@ -427,20 +424,40 @@ class KnownPart:
             model = self.results.relabel(settings, model)
             if not model_data:
                 message = model
-            self.latched = LatchedResult(message, model, scene, time.monotonic())
             channel.newest_revision = max(channel.newest_revision, message.revision)
             channel.latched_revision = channel.newest_revision
-            is_observed = message.method == methods.OBSERVED
-            observed = message.counted_parts if is_observed else 0
-            if self.counts.parts_counted_for(model) != observed or (
-                is_observed and message.header.frame_id != settings.plate_frame
-            ):
-                self._latch(model, scene)
-            else:
-                channel.publish(serialize_message(message), self)
+            if not self.counts.lack_comparison(model):  # else it is shown once built
+                self._latch_again(message, model, scene)
         self.results.put_restored(scene, model)
 
+    def _latch_again(
+        self, message: PoseStatistics, model: PoseStatistics, scene: DropScene
+    ) -> None:
+        """Show what an earlier run has latched, anew if it says something else now."""
+        self.latched = LatchedResult(message, model, scene, time.monotonic())
+        is_observed = message.method == methods.OBSERVED
+        observed = message.counted_parts if is_observed else 0
+        if self.counts.parts_counted_for(model) != observed or (
+            is_observed and message.header.frame_id != self._settings().plate_frame
+        ):
+            self._latch(model, scene)
+        else:
+            self.channel.publish(serialize_message(message), self)
+
     # What cameras counted of it.
+
+    def compare_counts(self, geometry: Part) -> None:
+        """Find out, by the part itself, how what was counted fits the present scene.
+
+        That comes before a result is shown, and is no work for a callback.
+        """
+        numbering = numbering_of(self._settings().scene(self.scene_override))
+        with self.lock:
+            others = self.counts.other_numberings(numbering)
+        for other in others:  # while nobody waits for the lock
+            resting_poses(geometry, *other)
+        with self.lock:
+            self.counts.compare(geometry, numbering)
 
     def add_counts(self, message: PoseCounts) -> bool:
         """Learn what a camera counted of what is latched; false for what came before.
@@ -495,7 +512,7 @@ class KnownPart:
                     POSE_STATISTICS, serialize_message(latched.message)
                 )
 
-    def log_arrival(self) -> None:
+    def log_arrival(self, geometry: Part) -> None:
         """Log what has come, so that a wrong unit is seen; of a flood not all."""
         floods = self._equipment.refusals.floods
         name = part_requests.quote_text(self.part_id)
@@ -506,12 +523,12 @@ class KnownPart:
         log = self._equipment.node.get_logger()
         message = self.latched.message
         log.info(
-            f"{part_requests.part_line(self.geometry)}, "
+            f"{part_requests.part_line(geometry)}, "
             f"{len(message.poses)} stable poses "
             f"({text.most_probable(message.poses)} % by {message.method}); "
             f"bag {self._equipment.recorder.log.directory}"
         )
         for warning in notes_of(message):
-            is_of_part = warning in self.geometry.warnings
+            is_of_part = warning in geometry.warnings
             if warning.acts and (is_of_part or warning.code == "HEIGHT_SUSPECT"):
                 log.warning(f"{self.part_id}: {warning}")

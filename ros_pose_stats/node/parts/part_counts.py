@@ -33,7 +33,7 @@ from ...core.planning.confidence import (
 )
 from ...core.records import Array, Index, Part
 from ...core.records.scene import Numbering, numbering_of
-from ...core.resting.poses import resting_poses
+from ...core.resting.poses import RestingPoses, resting_poses
 from ...core.statistics.chi_square import homogeneity
 from ..equipment import Equipment
 from ..messages import part_requests
@@ -42,7 +42,7 @@ from ..messages.statistics_messages import statistics_of_message
 from ..state import Change
 
 if TYPE_CHECKING:
-    from ...core.plates import PlateProfile
+    from ...core.plates.profile import LeftOut
 
 RECENT = 400  # parts that are compared with all those before
 
@@ -58,19 +58,6 @@ class Ground(NamedTuple):
 
     numbering: Numbering
     plate: str
-
-    def goes_on_as(self, other: "Ground", build: Callable[[], Part]) -> bool:
-        """Whether only `round_sides` is new, and poses keep their numbers."""
-        tolerance, sides = self.numbering
-        new_sides = other.numbering.round_sides
-        if other != Ground(Numbering(tolerance, new_sides), self.plate):
-            return False
-        try:
-            part = build()
-        except Exception:  # the intake meets it too, says it, and forgets the part
-            return False
-        resting = resting_poses(part, tolerance, sides)
-        return resting.is_numbered_like(resting_poses(part, tolerance, new_sides))
 
 
 class Tally:
@@ -148,7 +135,6 @@ class PartCounts:
         equipment: Equipment,
         part_id: str,
         digest: str,
-        build: Callable[[], Part],
     ) -> None:
         self._settings = equipment.settings
         self._state = equipment.state
@@ -156,8 +142,10 @@ class PartCounts:
         self._topic = equipment.node.full_name("pose_counts")
         self._part_id = part_id
         self._digest = digest
-        self._build = build
         self.tally: Tally | None = None  # None: nothing yet that is known here
+        # whether poses keep their numbers under two numberings that the part itself
+        # has compared
+        self._are_alike: dict[frozenset[Numbering], bool] = {}
 
     def restore(self) -> None:
         """Take up what the state has, where nothing is in memory yet."""
@@ -235,25 +223,87 @@ class PartCounts:
         return [Change(table, self._part_id, None) for table in ("counts", "flips")]
 
     def _tally_on(self, ground: Ground, poses: int) -> Tally | None:
-        """The counts on a ground; those of a version with other poses there move."""
+        """The counts on a ground, if there are such of as many poses."""
         self.restore()
         tally = self.tally
-        if tally is None or not (
-            tally.ground == ground or tally.ground.goes_on_as(ground, self._build)
+        if (
+            tally is None
+            or not self._goes_on(tally, ground)
+            or tally.total.size != poses
         ):
             return None
         tally.ground = ground
-        if tally.total.size == poses:
-            return tally
-        self.tally = self._renumber(tally, poses)
-        return self.tally
+        return tally
 
-    def _renumber(self, tally: Tally, poses: int) -> Tally | None:
+    def _goes_on(self, tally: Tally, ground: Ground) -> bool:
+        """Whether counts are of a ground, or only `round_sides` is new there."""
+        return tally.ground.plate == ground.plate and self._keep_numbers(
+            tally.ground.numbering, ground.numbering
+        )
+
+    def _keep_numbers(self, numbering: Numbering, other: Numbering) -> bool:
+        """Whether poses have the same numbers under both, as far as is known."""
+        return numbering == other or self._are_alike.get(
+            frozenset((numbering, other)), False
+        )
+
+    def other_numberings(self, numbering: Numbering) -> list[Numbering]:
+        """Numberings that the part has to compare with this one, and has not yet."""
+        self.restore()
+        tally = self.tally
+        if tally is None:
+            return []
+        numberings = []
+        if tally.ground.plate == self._settings().plate:
+            numberings.append(tally.ground.numbering)
+        left_out = self._left_out()
+        if left_out is not None:
+            numberings.append(
+                Numbering(left_out.cluster_tolerance, left_out.round_sides)
+            )
+        return [
+            other
+            for other in numberings
+            if other.cluster_tolerance == numbering.cluster_tolerance
+            and other != numbering
+            and frozenset((other, numbering)) not in self._are_alike
+        ]
+
+    def lack_comparison(self, result: PoseStatistics) -> bool:
+        """Whether the part itself must say first how what was counted fits a result."""
+        numbering = numbering_of(result)
+        if self.other_numberings(numbering):
+            return True
+        tally = self.tally
+        return (
+            tally is not None
+            and self._goes_on(tally, self._ground_of(result))
+            and tally.total.size != len(result.poses)
+        )
+
+    def compare(self, part: Part, numbering: Numbering) -> None:
+        """Have the part say how what was counted fits results of a numbering."""
+        others = self.other_numberings(numbering)
+        tally = self.tally
+        if tally is None:
+            return
+        resting = resting_poses(part, *numbering)
+        for other in others:
+            self._are_alike[frozenset((other, numbering))] = resting_poses(
+                part, *other
+            ).is_numbered_like(resting)
+        ground = Ground(numbering, self._settings().plate)
+        if self._goes_on(tally, ground) and tally.total.size != len(resting.poses):
+            tally.ground = ground
+            self.tally = self._renumber(tally, resting)
+
+    def _renumber(self, tally: Tally, resting: RestingPoses) -> Tally | None:
         """Counts of a version with other poses, for those that have their `down` now.
 
         None where no pose has. What is set aside is told.
         """
-        pose_of = self._poses_now(tally, poses)
+        poses = len(resting.poses)
+        pose_of = self._poses_now(tally, resting)
         has_pose = pose_of >= 0
         moved_tally = Tally(tally.ground, np.zeros(poses, np.int64), tally.series)
         np.add.at(moved_tally.total, pose_of[has_pose], tally.total[has_pose])
@@ -275,7 +325,7 @@ class PartCounts:
         moved_tally.change = self._state.put(*changes)
         return moved_tally
 
-    def _poses_now(self, tally: Tally, poses: int) -> Index:
+    def _poses_now(self, tally: Tally, resting: RestingPoses) -> Index:
         """Pose (K,) that each counted one is part of now, -1 where that is not known.
 
         The result that the state still has says where they pointed down.
@@ -286,20 +336,13 @@ class PartCounts:
             return unknown
         try:
             message = deserialize_message(row[1], PoseStatistics)
-            if (message.part_digest, len(message.poses)) != (
-                self._digest,
-                unknown.size,
-            ):
-                return unknown
-            part = self._build()
-        except Exception:  # of the bindings, or of a part that is refused
+        except Exception:  # of the bindings
+            return unknown
+        if (message.part_digest, len(message.poses)) != (self._digest, unknown.size):
             return unknown
         downs = np.empty((unknown.size, 3))
         for pose in message.poses:
             downs[pose.index] = pose.down.x, pose.down.y, pose.down.z
-        resting = resting_poses(part, *tally.ground.numbering)
-        if len(resting.poses) != poses:
-            return unknown
         cosine = downs @ resting.body.arrays.normal.T
         is_face = cosine.max(axis=1) > 1.0 - SAME_DOWN
         return np.where(is_face, resting.pose_of_face[cosine.argmax(axis=1)], -1)
@@ -356,7 +399,7 @@ class PartCounts:
         profile = self._settings().profile
         shares: tuple[float, ...] = ()
         if profile is not None:
-            shares = self._shares_by(profile, ground)
+            shares = self._shares_by_fit(ground)
         else:
             tally.evidence = plate_evidence(model, tally.total)
             plate_error = learn_plate_error(evidence_of_others(ground.plate))
@@ -364,15 +407,20 @@ class PartCounts:
         combined = observe_counts(model, tally.total, shares)
         return combined if combined.method == methods.OBSERVED else None
 
-    def _shares_by(self, profile: "PlateProfile", ground: Ground) -> tuple[float, ...]:
+    def _shares_by_fit(self, ground: Ground) -> tuple[float, ...]:
         """What a plate's fit says of the part without its own counts, if it does."""
-        left_out = profile.left_out.get(self._digest)
+        left_out = self._left_out()
         if left_out is None:
             return ()
         numbering = Numbering(left_out.cluster_tolerance, left_out.round_sides)
-        if not Ground(numbering, ground.plate).goes_on_as(ground, self._build):
+        if not self._keep_numbers(numbering, ground.numbering):
             return ()
         return left_out.probability
+
+    def _left_out(self) -> "LeftOut | None":
+        """What the fit of the present plate says of the part without its counts."""
+        profile = self._settings().profile
+        return None if profile is None else profile.left_out.get(self._digest)
 
     def evidence_on(self, plate: str, model: PoseStatistics) -> Array | None:
         """What the counts, together with the part's model, say of a plate's error."""

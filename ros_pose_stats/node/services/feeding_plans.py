@@ -219,8 +219,7 @@ class PlanFeedingServer(GoalServer[Plan]):
             kicks = [replace(kick, poses=poses) for kick in flips]
             flips = [feeding.learn_flips(kicks, counted_flips, request.feeder_setting)]
             basis += f" and {flips[0].counted_flips} seen"
-        built_part = yield from plan.wait(self._intake.build_known(part))
-        geometry = built_part.geometry
+        geometry = yield from plan.wait(self._intake.build_known(part))
         feeding_plan, lookalikes = yield from plan.wait(
             self._outlines.put(
                 geometry,

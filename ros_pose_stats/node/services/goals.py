@@ -309,11 +309,12 @@ class SimulateFlipsServer(JobServer):
                 "half the part's radius flips most parts",
             )
         scene = settings.scene(part.scene_override)
-        built_part = self._intake.build_known(part)
-        if part.is_built and (
-            not part_builder.is_large(part.geometry) or are_found(part.geometry, scene)
+        future_part = self._intake.build_for_job(part)
+        geometry = part.source.part
+        if geometry is not None and (
+            not part_builder.is_large(geometry) or are_found(geometry, scene)
         ):
-            poses = len(poses_in(part.geometry, scene).poses)
+            poses = len(poses_in(geometry, scene).poses)
             run.flips_in_all(poses, request.drops, settings)
         return self._jobs.submit(
             FlipRequest(
@@ -326,7 +327,7 @@ class SimulateFlipsServer(JobServer):
                 settings.max_job_seconds,
                 kick_height=kick,
             ),
-            built_part,
+            future_part,
             settings,
         )
 

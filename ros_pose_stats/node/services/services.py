@@ -20,7 +20,7 @@ from ros_pose_stats_msgs.msg import Code, JobEvent, PoseStatistics
 
 from ...base import errors, methods, text
 from ...core.mesh import mass_properties
-from ...core.records import Array
+from ...core.records import Array, Part
 from ...core.records.notes import note
 from ...core.resting.silhouettes import find_lookalikes
 from ...core.simulation.request import check_target
@@ -132,11 +132,17 @@ class Services:
         scene = self._settings().scene(
             (request.restitution, request.drop_height), mesh.scene_override
         )
+        # Who has these has the parts in memory until they are answered.
+        builds: list[Future[Part]] = []
         if offset.any():
-            yield from result_of(self._intake.build_known(sent_part))
+            builds.append(self._intake.build_known(sent_part))
+            yield from result_of(builds[-1])
             part = self._parts.shift(sent_part, offset)
-        if request.target_error or not part.has_answer(request.method, scene):
-            yield from result_of(self._intake.build_known(part, scene))
+        if request.target_error or not self._refinement.has_answer(
+            part, request.method, scene
+        ):
+            builds.append(self._intake.build_known(part, scene))
+            yield from result_of(builds[-1])
         is_auto = (request.method or self._settings().default_method) == methods.AUTO
         if is_auto and not request.target_error:
             checked = yield from result_of(self._refinement.check(part, scene))
@@ -194,7 +200,7 @@ class Services:
             )
         future_part, mesh = self._find_part(request)
         if isinstance(mesh, KnownPart):
-            future_part = self._intake.build_known(mesh)
+            future_part = self._intake.build_for_job(mesh)
         if isinstance(mesh, KnownPart) or len(mesh.triangles) <= QUICK_TRIANGLES:
             wait([future_part], START_PATIENCE)
         if future_part.done():
@@ -229,19 +235,19 @@ class Services:
         results = [part.latched for part in chosen_parts if part.latched is not None]
         response.statistics = [result.message for result in results]
         if request.heights and results:
-            part = yield from result_of(self._intake.build_known(chosen_parts[0]))
+            geometry = yield from result_of(self._intake.build_known(chosen_parts[0]))
             message = results[0].message
             response.outlines = yield from result_of(
-                self._outlines.begin(part.geometry, message, request.heights)
+                self._outlines.begin(geometry, message, request.heights)
             )
             if min(request.heights) < 0.0:
                 seen = yield from result_of(
                     self._outlines.put(
-                        part.geometry,
+                        geometry,
                         "silhouettes",
                         find_lookalikes,
                         statistics_messages.statistics_of_message(message),
-                        part.geometry,
+                        geometry,
                     )
                 )
                 response.statistics = [

@@ -127,7 +127,7 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     )
     job.finished.result(60.0)
     jobs.close("")
-    camera_counts.Cameras(equipment, parts)
+    camera_counts.Cameras(equipment, parts, Mock())
     kind, _, take = equipment.node.create_subscription.call_args_list[2].args[:3]
     equipment.node.create_subscription().handle.take_message.return_value = None
     three = kind(part_id="clamp", index=[0], count=[3])

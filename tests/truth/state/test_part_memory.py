@@ -14,23 +14,31 @@
 
 import gc
 import pickle
+import threading
 import tracemalloc
 import weakref
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from multiprocessing import get_context
 from types import SimpleNamespace
-from unittest.mock import Mock
+from unittest.mock import MagicMock, Mock
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import Pose
+from rclpy.serialization import serialize_message
+from ros_pose_stats_msgs.msg import ObservedParts, PoseStatistics, StablePose
 
 from lab.bodies.slow import ROUND
 from ros_pose_stats import estimate, part_from_mesh, simulate
+from ros_pose_stats.base.errors import MeshError
 from ros_pose_stats.core.mesh.decimation import thin_out, visible_triangles
 from ros_pose_stats.core.records.part import memory_bytes
+from ros_pose_stats.core.records.scene import DropScene
+from ros_pose_stats.node import camera_counts
 from ros_pose_stats.node.lanes import Lanes, Rank
 from ros_pose_stats.node.messages.part_requests import PartRequest, build_part
 from ros_pose_stats.node.parts.intake import Intake
+from ros_pose_stats.node.parts.known_part import LatchedResult
 from ros_pose_stats.node.parts.registry import PartRegistry
 from ros_pose_stats.node.state import State
 from tests.contract.node.harness.parts import WEDGE, fine_box, scaled
@@ -223,6 +231,88 @@ def test_a_start_builds_the_parts_used_last_as_far_as_there_is_room(registry_of)
         lanes.close()
     is_built = [part.is_built for part in parts]
     assert is_built == sorted(is_built) and is_built[-1] and not is_built[0]
+
+
+def test_a_part_that_somebody_works_on_is_not_built_a_second_time(registry_of):
+    registry = registry_of(10_000)
+    part = known_part(registry, WEDGE, "part")
+    geometry = part.geometry
+    known_part(registry, scaled(1.1), "other")
+    assert part.is_built and part.geometry is geometry
+
+
+class Camera:
+    """What sends pictures of a part that is not in memory."""
+
+    def __init__(self):
+        self.build = Future()
+        self.equipment = equipment_of(
+            state=Mock(), node=MagicMock(), plate="", plate_frame="plate"
+        )._replace(recorder=Mock())
+        pose = StablePose()
+        result = PoseStatistics(
+            cluster_tolerance=0.0025, round_sides=192, poses=6 * [pose]
+        )
+        self.part = Mock(
+            part_id="clamp", latched=LatchedResult(result, result, DropScene())
+        )
+        self.part.lock = threading.Lock()
+        camera_counts.Cameras(
+            self.equipment,
+            Mock(current=lambda name: self.part),
+            lambda part, scene: self.build,
+        )
+        node = self.equipment.node
+        node.create_subscription().handle.take_message.return_value = None
+        self._take = node.create_subscription.call_args_list[0].args[2]
+        self._sent = 0
+
+    def see(self, parts=1):
+        """Send that parts are seen as their mesh is, with z up."""
+        self._sent += 1
+        self._take(
+            serialize_message(ObservedParts(part_id="clamp", poses=parts * [Pose()])),
+            {"publication_sequence_number": self._sent, "source_timestamp": self._sent},
+        )
+
+    def refusals(self):
+        return [call.args[1] for call in self.equipment.refusals.refuse.call_args_list]
+
+
+def test_what_is_seen_of_a_part_that_has_left_memory_is_counted_once_it_is_built():
+    camera = Camera()
+    for _ in range(3):
+        camera.see()
+    assert not camera.part.add_counts.called
+    camera.build.set_result(part_from_mesh(*fine_box(100)))
+    camera.see()
+    counts = [call.args[0] for call in camera.part.add_counts.call_args_list]
+    assert [sum(message.count) for message in counts] == [1] * 4
+    assert camera.refusals() == []
+
+
+def test_what_is_seen_of_a_part_that_cannot_be_built_is_refused():
+    camera = Camera()
+    for _ in range(2):
+        camera.see()
+    camera.build.set_exception(MeshError("a mesh", "none", "send it again"))
+    camera.see()
+    assert len(camera.refusals()) == 3
+    assert all("send it again" in reason for reason in camera.refusals())
+    assert not camera.part.add_counts.called
+
+
+def test_pictures_wait_for_a_part_within_a_bound():
+    """Of 4 MiB, where the largest has one."""
+    camera = Camera()
+    for _ in range(5):
+        camera.see(parts=18_000)
+    (reason,) = camera.refusals()
+    assert "wait for parts to be built" in reason
+    camera.build.set_result(part_from_mesh(*fine_box(100)))
+    camera.see()
+    counts = [call.args[0] for call in camera.part.add_counts.call_args_list]
+    assert [sum(message.count) for message in counts] == [18_000] * 4 + [1]
 
 
 def test_a_drawing_of_loose_triangles_thins_out():
