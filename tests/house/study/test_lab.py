@@ -26,6 +26,7 @@ from lab.benchmarks.design.sections import PAGE as DESIGN
 from lab.benchmarks.estimates import TOLERANCES
 from lab.benchmarks.program import BENCHMARKS, write_pages
 from lab.benchmarks.speed import speed_page
+from lab.bodies import shapes
 from lab.bodies.families import FAMILIES, family_part, family_poses
 from lab.bodies.rolling import ROLLING
 from lab.frame.page import DOCS, NUMBERS
@@ -41,6 +42,7 @@ from ros_pose_stats.core.simulation.drops import (
     drop_rules,
     release_directions,
 )
+from tests.answers import write_stl
 from tests.running import ROOT
 
 from .programs import lab
@@ -136,6 +138,17 @@ def test_a_quick_run_prints_every_table():
     for title in ("All estimators from the mesh", "MEAE and split"):
         assert title in text
     assert len(list(judged(text))) > 5 and "nan" not in text
+
+
+@pytest.mark.long
+def test_files_are_dropped_beside_designed_parts(tmp_path):
+    for edge in (0.01, 0.02):
+        write_stl(tmp_path / f"{edge}.stl", shapes.box(edge, 0.02, 0.03))
+    text = lab("benchmarks.part_rates", "--quick", tmp_path)
+    assert re.search(r"\| designed \| 6 \|", text)
+    assert re.search(r"\| real files \| 2 \|", text)
+    for value, limit, _, verdict in judged(text):
+        assert verdict == (value >= limit)
 
 
 @pytest.mark.long
