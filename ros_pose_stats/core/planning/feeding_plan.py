@@ -23,8 +23,10 @@ import numpy as np
 
 from ...base.errors import RequestError
 from ...base.text import bounded, three_digits
-from ..records import Array, FlipStatistics, Part, PoseStatistics
+from ..records import Array, FlipStatistics, Mask, Part, PoseStatistics
+from ..records.notes import Note
 from ..records.plain_values import with_units
+from ..records.scene import HIGHEST_KICK, height_warnings
 from ..records.statistics import require_same_part
 from ..statistics import feeding, pose_groups
 from . import plate_fill
@@ -54,18 +56,23 @@ class FeedingPlan:
         The kick, the number of parts and the kicks to use.
     options : tuple of KickPlan
         Without kicks, and with each kick by its height.
+    warnings : tuple of Note
+        Of the dropped part, of poses that are taken for wanted ones, and of kicks that
+        no feeder gives.
     """
 
     cell: str
     actions: tuple[str, ...]
     best: KickPlan
     options: tuple[KickPlan, ...]
+    warnings: tuple[Note, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """The plan as plain values."""
         return with_units(
             {
                 "cell": self.cell,
+                "warnings": self.warnings,
                 "actions": self.actions,
                 "options": self.options,
                 **self.best._asdict(),
@@ -85,6 +92,24 @@ class FeedingPlan:
         return (
             f"{bounded(best.per_minute)} picked a minute, {best.describe_kick()}{gain}"
         )
+
+
+def check_feeding(
+    dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCell
+) -> Mask:
+    """Which poses (K,) are wanted; raises RequestError where no plan can be made.
+
+    It costs next to nothing: whoever has to kick a part for a plan asks this first.
+    """
+    cell.check()
+    is_wanted = feeding.check_wanted_poses(wanted, len(dropped.poses))
+    if not pose_groups.pose_shares(dropped).probability[is_wanted].any():
+        raise RequestError(
+            "wanted poses that dropped parts come to rest in",
+            "none of them",
+            "name others; `ros_pose_stats estimate` lists their probabilities",
+        )
+    return is_wanted
 
 
 def plan_feeding(
@@ -125,11 +150,11 @@ def plan_feeding(
         rest in a wanted one, flips out of a pose are missing, or results are of another
         part.
     """
-    cell.check()
+    is_wanted = check_feeding(dropped, wanted, cell)
     feeding.check_alike([dropped, *flips])
     if part is not None:
         require_same_part(dropped, part)
-    feeder = _feeder(dropped, wanted, cell, part)
+    feeder = _feeder(dropped, is_wanted, cell, part)
     kicks = [None, *sorted(flips, key=lambda kick: kick.kick_height)]
     options = [feeder.plan(kick) for kick in kicks]
     best, kick = max(
@@ -139,26 +164,28 @@ def plan_feeding(
     if kick is not None and best.is_kicking:
         actions[feeder.poses_worth_flipping(best.parts, kick.transition)] = FLIP
     actions[feeder.pick_mask > 0.0] = PICK
+    highest_kick = max((kick.kick_height for kick in flips), default=0.0)
     return FeedingPlan(
-        describe_cell(cell, best), tuple(actions.tolist()), best, tuple(options)
+        describe_cell(cell, best),
+        tuple(actions.tolist()),
+        best,
+        tuple(options),
+        (
+            *dropped.warnings,
+            *pose_groups.warn_of_lookalikes(dropped, wanted),
+            *height_warnings("kick", highest_kick, dropped.radius, HIGHEST_KICK),
+        ),
     )
 
 
 def _feeder(
     dropped: PoseStatistics,
-    wanted: Sequence[int],
+    is_wanted: Mask,
     cell: FeederCell,
     part: Part | None,
 ) -> SingleParts | Plate:
-    """A part in its cell; raises RequestError for poses that cannot be wanted."""
-    is_wanted = feeding.check_wanted_poses(wanted, len(dropped.poses))
+    """A part in its cell."""
     shares = pose_groups.pose_shares(dropped)
-    if not shares.probability[is_wanted].any():
-        raise RequestError(
-            "wanted poses that dropped parts come to rest in",
-            "none of them",
-            "name others; `ros_pose_stats estimate` lists their probabilities",
-        )
     is_picked = is_wanted.copy()
     wanted_indices = set(np.flatnonzero(is_wanted).tolist())
     is_picked[list(pose_groups.poses_mistaken(dropped, wanted_indices))] = True

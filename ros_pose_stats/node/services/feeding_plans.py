@@ -26,13 +26,11 @@ from ros_pose_stats_msgs.action import PlanFeeding
 
 from ...base.errors import RequestError
 from ...core.planning.feeder_cell import FeederCell
-from ...core.planning.feeding_plan import FeedingPlan, plan_feeding
+from ...core.planning.feeding_plan import FeedingPlan, check_feeding, plan_feeding
 from ...core.records import FlipStatistics, Part, PoseStatistics
-from ...core.records.notes import Note
-from ...core.records.scene import HIGHEST_KICK, height_warnings
 from ...core.resting.silhouettes import find_lookalikes
 from ...core.simulation.flips import check_kick, usual_kicks
-from ...core.statistics import feeding, pose_groups
+from ...core.statistics import feeding
 from ..answering_node import Steps, advance, answer_request
 from ..equipment import Equipment
 from ..jobs import FlipRequest, Job, Jobs, State, run
@@ -197,8 +195,9 @@ class PlanFeedingServer(GoalServer[Plan]):
             )
         message = latched.message
         kick = settings.kick(request.kick_height)
-        feeding.check_wanted_poses(request.wanted, len(message.poses))
+        statistics = statistics_of_message(message)
         cell = _feeder_cell(request)
+        check_feeding(statistics, request.wanted, cell)
         counted_flips = None
         if request.feeder_setting:
             counted_flips = part.find_flips(message, request.feeder_setting)
@@ -212,7 +211,6 @@ class PlanFeedingServer(GoalServer[Plan]):
         flips = yield from self._flip(part, latched, heights, plan)
         if not response.success:
             return
-        statistics = statistics_of_message(message)
         basis = _describe_basis(message, flips)
         if counted_flips is not None:
             poses = tuple(statistics.by_index.values())
@@ -220,7 +218,7 @@ class PlanFeedingServer(GoalServer[Plan]):
             flips = [feeding.learn_flips(kicks, counted_flips, request.feeder_setting)]
             basis += f" and {flips[0].counted_flips} seen"
         geometry = yield from plan.wait(self._intake.build_known(part))
-        feeding_plan, lookalikes = yield from plan.wait(
+        feeding_plan = yield from plan.wait(
             self._outlines.put(
                 geometry,
                 "a plan",
@@ -246,14 +244,7 @@ class PlanFeedingServer(GoalServer[Plan]):
                 f"{basis}.",
             ]
         )
-        highest_kick = max(heights, default=0.0)
-        response.warnings = note_messages(
-            [
-                *statistics.warnings,
-                *lookalikes,
-                *height_warnings("kick", highest_kick, message.radius, HIGHEST_KICK),
-            ]
-        )
+        response.warnings = note_messages(feeding_plan.warnings)
 
     def _flip(
         self,
@@ -314,9 +305,9 @@ class PlanFeedingServer(GoalServer[Plan]):
 
 
 def _feeder_cell(request: Any) -> FeederCell:
-    """The cell of a request, checked; without sides it has no plate."""
+    """The cell of a request; without sides it has no plate."""
     sides = request.plate_length, request.plate_width
-    cell = FeederCell(
+    return FeederCell(
         request.dropped_per_minute,
         sides if any(sides) else None,
         request.clearance,
@@ -325,8 +316,6 @@ def _feeder_cell(request: Any) -> FeederCell:
         request.look_seconds,
         request.drop_seconds,
     )
-    cell.check()
-    return cell
 
 
 def _plan_as_seen(
@@ -335,13 +324,9 @@ def _plan_as_seen(
     cell: FeederCell,
     flips: list[FlipStatistics],
     part: Part,
-) -> tuple[FeedingPlan, tuple[Note, ...]]:
-    """A plan with what a camera takes for a wanted pose, and warnings of that."""
-    seen = find_lookalikes(statistics, part)
-    return (
-        plan_feeding(seen, wanted, cell, flips, part),
-        pose_groups.warn_of_lookalikes(seen, wanted),
-    )
+) -> FeedingPlan:
+    """A plan with what a camera takes for a wanted pose."""
+    return plan_feeding(find_lookalikes(statistics, part), wanted, cell, flips, part)
 
 
 def _describe_basis(message: msg.PoseStatistics, flips: list[FlipStatistics]) -> str:

@@ -13,19 +13,18 @@
 """`feeding PART`: what a vision feeder is to do with a part, and what it gets."""
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...base.errors import RequestError
-from ...core.records.notes import Note, note_paragraph
-from ...core.records.scene import HIGHEST_KICK, SCENE_FIELDS, height_warnings
+from ...core.records.notes import note_paragraph
+from ...core.records.scene import SCENE_FIELDS
 from .terminal import arguments, cells, flip_counts, running
 
 if TYPE_CHECKING:
     from ...core.planning.feeder_cell import FeederCell
     from ...core.planning.feeding_plan import FeedingPlan
-    from ...core.records import Part, PoseStatistics
+    from ...core.records import Part
 
 
 def register(commands: arguments.Commands) -> None:
@@ -74,21 +73,16 @@ def register(commands: arguments.Commands) -> None:
 def run(options: argparse.Namespace) -> int:
     """Estimate, kick from every height, plan and print."""
     picture = running.picture_file(options.png)
-    has_landings = flip_counts.is_of_landings(options.counts)
-    flip_table = None if has_landings else options.counts
+    flip_table = options.counts
+    if flip_counts.is_of_landings(flip_table):
+        flip_table = None
     refuse_no_kicks(picture, flip_table, options)
     part = running.load_part_and_kernels(options)
-    from ...core.planning import auto, feeding_plan
-    from ...core.resting.silhouettes import find_lookalikes
+    from ...core.planning.feeding_plan import plan_feeding
     from ...core.simulation import flips
 
     cell = cells.read_cell(options)
-    estimate = auto.estimate(part, **arguments.scene_keywords(options))
-    if has_landings:
-        estimate = flip_counts.learn_landings(estimate, part, options)
-    statistics = find_lookalikes(estimate, part, options.pixel)
-    # What is refused is refused at once.
-    feeding_plan.plan_feeding(statistics, options.wanted, cell)
+    statistics = cells.drop_into(cell, part, options)
     counted_flips = flip_counts.read_flips(flip_table, len(statistics.poses))
     kicks = cell.kick_heights(statistics.radius, options.kicks)
     if counted_flips and not kicks:
@@ -104,12 +98,9 @@ def run(options: argparse.Namespace) -> int:
         interruption = f"interrupted after {counts} kick heights"
     elif counted_flips and simulated_flips:
         simulated_flips = flip_counts.learn_settings(simulated_flips, counted_flips)
-    plan = feeding_plan.plan_feeding(
-        statistics, options.wanted, cell, simulated_flips, part
-    )
+    plan = plan_feeding(statistics, options.wanted, cell, simulated_flips, part)
     if picture is not None and simulated_flips:
         draw_kicks(picture, part, cell, plan)
-    warnings = collect_warnings(statistics, kicks, options)
     return running.print_answer(
         options,
         {
@@ -117,10 +108,9 @@ def run(options: argparse.Namespace) -> int:
             "wanted": options.wanted,
             "seed": request.seed,
             "flips_per_pose": request.drops,
-            "warnings": warnings,
             **plan.as_dict(),
         },
-        [*cells.plan_lines(statistics, plan), *note_paragraph(warnings)],
+        [*cells.plan_lines(statistics, plan), *note_paragraph(plan.warnings)],
         interruption,
     )
 
@@ -158,21 +148,6 @@ def refuse_no_kicks(
             "leave --kicks out for the "
             "usual thirteen: counted flips are learnt from those of the model",
         )
-
-
-def collect_warnings(
-    statistics: "PoseStatistics", kicks: "Sequence[float]", options: argparse.Namespace
-) -> "list[Note]":
-    """Warnings of the estimate, about poses that look alike, and about high kicks."""
-    from ...core.statistics.pose_groups import warn_of_lookalikes
-
-    return [
-        *statistics.warnings,
-        *warn_of_lookalikes(statistics, options.wanted),
-        *height_warnings(
-            "kick", max(kicks, default=0.0), statistics.radius, HIGHEST_KICK
-        ),
-    ]
 
 
 def draw_kicks(

@@ -23,7 +23,6 @@ from .terminal import arguments, cells, flip_counts, running
 
 if TYPE_CHECKING:
     from ...core.records import FlipStatistics, Index, Part
-    from ...core.records.notes import Note
     from ...core.simulation.request import DropRequest
 
 
@@ -56,26 +55,17 @@ def register(commands: arguments.Commands) -> None:
 def run(options: argparse.Namespace) -> int:
     """Kick, plan where poses are wanted, and print."""
     part = running.load_part_and_kernels(options)
-    from ...core.planning.auto import estimate
     from ...core.planning.feeding_plan import plan_feeding
     from ...core.resting.poses import poses_in
-    from ...core.resting.silhouettes import find_lookalikes
-    from ...core.statistics.pose_groups import warn_of_lookalikes
 
     resting_poses = poses_in(part, arguments.drop_scene(options))
     pose_count = len(resting_poses.poses)
     counted_flips = flip_counts.read_flips(options.counts, pose_count)
     request = flip_counts.flip_request(options, pose_count)
     dropped = None
-    warnings: list[Note] = []
     if options.wanted is not None:
         cell = cells.read_cell(options)
-        dropped = find_lookalikes(
-            estimate(part, **arguments.scene_keywords(options)), part, options.pixel
-        )
-        # What is refused is refused at once.
-        plan_feeding(dropped, options.wanted, cell)
-        warnings += [*dropped.warnings, *warn_of_lookalikes(dropped, options.wanted)]
+        dropped = cells.drop_into(cell, part, options)
     with running.stop_on_interrupt() as is_interrupted, running.ProgressBar() as bar:
         radius = resting_poses.body.radius
         flips = kick_part(
@@ -85,20 +75,23 @@ def run(options: argparse.Namespace) -> int:
     if is_interrupted():
         flip_count = sum(statistics.flips for statistics in flips)
         interruption = f"interrupted after {flip_count} flips"
-    flips = [
-        replace(
-            statistics,
-            warnings=tuple(dict.fromkeys([*statistics.warnings, *warnings])),
-        )
-        for statistics in flips
-    ]
-    settings = [statistics.as_dict() for statistics in flips]
-    values: dict[str, Any] = {"settings": settings} if options.counts else settings[0]
-    tables = ["\n".join(flips_table(part, statistics)) for statistics in flips]
+    planned: dict[str, Any] = {}
+    tables = []
     if dropped is not None and not interruption:
         plan = plan_feeding(dropped, options.wanted, cell, flips, part)
-        values["feeding"] = plan.as_dict()
-        tables.insert(0, "\n".join(cells.plan_lines(dropped, plan)))
+        planned["feeding"] = plan.as_dict()
+        tables.append("\n".join(cells.plan_lines(dropped, plan)))
+        flips = [
+            replace(
+                statistics,
+                warnings=tuple(dict.fromkeys([*statistics.warnings, *plan.warnings])),
+            )
+            for statistics in flips
+        ]
+    tables += ["\n".join(flips_table(part, statistics)) for statistics in flips]
+    settings = [statistics.as_dict() for statistics in flips]
+    values: dict[str, Any] = {"settings": settings} if options.counts else settings[0]
+    values |= planned
     return running.print_answer(options, values, ["\n\n".join(tables)], interruption)
 
 

@@ -16,12 +16,12 @@ import argparse
 from typing import TYPE_CHECKING
 
 from ....base.text import Column, bounded, columns, listed, millimetres, three_digits
-from . import arguments
+from . import arguments, flip_counts
 
 if TYPE_CHECKING:
     from ....core.planning.feeder_cell import FeederCell, KickPlan
     from ....core.planning.feeding_plan import FeedingPlan
-    from ....core.records import PoseStatistics
+    from ....core.records import Part, PoseStatistics
 
 TIMES = {
     "pick-time": (1.0, "seconds to pick a part"),
@@ -85,6 +85,24 @@ def read_cell(options: argparse.Namespace) -> "FeederCell":
         options.camera_time,
         options.drop_time,
     )
+
+
+def drop_into(
+    cell: "FeederCell", part: "Part", options: argparse.Namespace
+) -> "PoseStatistics":
+    """How parts lie that are dropped in a cell, as its camera sees them.
+
+    By the default answer, and what `--counts` has of parts as they lie after a drop.
+    Raises RequestError at once where no plan can be made.
+    """
+    from ....core.planning import auto, feeding_plan
+    from ....core.resting.silhouettes import find_lookalikes
+
+    statistics = auto.auto(part, seed=options.seed, **arguments.scene_keywords(options))
+    if flip_counts.is_of_landings(options.counts):
+        statistics = flip_counts.learn_landings(statistics, part, options)
+    feeding_plan.check_feeding(statistics, options.wanted, cell)
+    return find_lookalikes(statistics, part, options.pixel)
 
 
 def plan_lines(statistics: "PoseStatistics", plan: "FeedingPlan") -> list[str]:

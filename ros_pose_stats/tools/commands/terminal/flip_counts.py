@@ -27,13 +27,14 @@ if TYPE_CHECKING:
 
 
 def add_flips(command: arguments.CommandParser) -> None:
-    """Add the number of flips and their seed; equal ones make equal plans."""
+    """Add the number of flips and the seed; equal ones make equal plans."""
     arguments.add_options(command, "--flips")
     arguments.add_options(
         command,
         "--seed",
         default=DEFAULT_SEED,
-        help="the same seed gives the same flips (default: %(default)s, as in a node)",
+        help="the same seed gives the same drops and flips (default: %(default)s, as in "
+        "a node)",
     )
 
 
