@@ -29,7 +29,7 @@ from ...base.errors import RequestError
 from ..records import Array, FlipStatistics, Index, Mask, PoseStatistics
 from ..records.scene import is_whole_number
 from .errors import DEFAULT_LEVEL, jeffreys_interval
-from .pose_groups import PoseShares
+from .pose_groups import PoseShares, list_poses, pose_shares
 
 
 class Bounded(NamedTuple):
@@ -69,6 +69,17 @@ def with_bounds(value: float, variance: float) -> Bounded:
     """A positive number with its interval; `variance`: the relative one."""
     low, high = relative_bounds(math.sqrt(variance))
     return Bounded(value, value * low, value * high)
+
+
+def share_of_poses(statistics: PoseStatistics, poses: Sequence[int]) -> Bounded:
+    """Share of some poses; where they are a row of the table, as it stands there."""
+    for is_ungrouped in (False, True):
+        for row in list_poses(statistics, is_ungrouped):
+            if set(row.indices) == set(poses):
+                return Bounded(
+                    row.probability, row.probability_low, row.probability_high
+                )
+    return accepted_share(pose_shares(statistics), poses)
 
 
 def accepted_share(dropped: PoseShares, wanted_poses: Sequence[int] | Index) -> Bounded:

@@ -23,11 +23,11 @@ from typing import TYPE_CHECKING
 
 from ...base import extras, text
 from ...base.errors import RequestError
+from ...core.records.scene import DEFAULT_SEED
 from .terminal import arguments, cells, running
 
 if TYPE_CHECKING:
     from ...core.planning.feeder_cell import FeederCell
-    from ...core.records import PoseStatistics
 
 CAD_SYSTEMS = ("freecad", "cadquery", "build123d")
 
@@ -74,7 +74,13 @@ def register(commands: arguments.Commands) -> None:
     )
     add_watch(command)
     add_page(command)
-    arguments.add_options(command, "--seed", *arguments.SCENE_OPTIONS)
+    arguments.add_options(
+        command,
+        "--seed",
+        help="the same seed gives the same drops and flips (default: 1, as `estimate`; "
+        "with --watch a fresh one)",
+    )
+    arguments.add_options(command, *arguments.SCENE_OPTIONS)
 
 
 def add_watch(command: arguments.CommandParser) -> None:
@@ -136,8 +142,8 @@ def add_page(command: arguments.CommandParser) -> None:
     arguments.add_options(
         command,
         "--drops",
-        help="number of drops of the simulation (default: as many as "
-        "bring the error over the poses within a point, at most 10000)",
+        help="have the page be by so many drops alone, as `simulate` makes them "
+        "(default: by the answer of `estimate`, which has an estimate beside them)",
     )
 
 
@@ -170,17 +176,17 @@ def run(options: argparse.Namespace) -> int:
         findings = investigate(
             part, scene, feeder, options.drops, options.seed, bar.draw
         )
-        simulated = findings.simulated
+        answer = findings.answer
         bar.draw(1.0, "pictures")
-        html = report_page(findings, commands_to_reproduce(options, simulated))
+        html = report_page(findings, commands_to_reproduce(options))
         write_file(page, html.encode(errors="replace"))
         if picture is not None:
-            statistics = (simulated, findings.best_estimate)
+            statistics = (answer, findings.best_estimate)
             figure = shares.key_picture(part, statistics, findings.graph)
             write_file(picture, figures.png_bytes(figure))
     print(
-        f"{part.part_id}: {simulated.scene}\n{running.describe_size(page)}, "
-        f"{text.several(len(simulated.poses), 'pose')}, {simulated.drops} drops"
+        f"{part.part_id}: {answer.scene}\n{running.describe_size(page)}, "
+        f"{text.several(len(answer.poses), 'pose')}, {answer.drops} drops"
     )
     if picture is not None:
         print(running.describe_size(picture))
@@ -327,10 +333,8 @@ def cell_of(options: argparse.Namespace) -> "FeederCell | None":
     return cells.read_cell(options)
 
 
-def commands_to_reproduce(
-    options: argparse.Namespace, simulated: "PoseStatistics"
-) -> tuple[str, ...]:
-    """Commands that give the same page again, and the same counts as a table."""
+def commands_to_reproduce(options: argparse.Namespace) -> tuple[str, ...]:
+    """Commands that give the same page again, and the same answer as a table."""
     values = vars(options)
     file = Path(options.part).name
     part_words = [
@@ -346,7 +350,12 @@ def commands_to_reproduce(
             *arguments.SCENE_NAMES,
         ),
     ]
-    drop_words = ["--drops", str(simulated.drops), "--seed", str(simulated.seed)]
+    seed = DEFAULT_SEED if options.seed is None else options.seed
+    table = "estimate"
+    drop_words = ["--seed", str(seed)]
+    if options.drops is not None:
+        table = "simulate"
+        drop_words += ["--drops", str(options.drops)]
     cell_options = () if options.rate is None else cells.CELL_OPTIONS
     feeder_words = arguments.option_words(
         values, "wanted", *cell_options, "kick", "flips", "pixel", "changes"
@@ -356,6 +365,6 @@ def commands_to_reproduce(
         shlex.join(["ros_pose_stats", *words])
         for words in (
             ["report", *part_words, *drop_words, *feeder_words, *page_words],
-            ["simulate", *part_words, *drop_words],
+            [table, *part_words, *drop_words],
         )
     )

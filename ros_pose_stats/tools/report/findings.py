@@ -13,14 +13,14 @@
 """The numbers of a report on a part, before they are put into words and pictures."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
-from typing import NamedTuple
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
 
 from ...core.estimators import best_method, estimate_all
 from ...core.kernels.compilation import prepare_kernels
 from ...core.planning.auto import auto
 from ...core.planning.feeder_cell import FeederCell, KickPlan
-from ...core.planning.feeding_plan import FeedingPlan, plan_feeding
+from ...core.planning.feeding_plan import FeedingPlan, check_feeding, plan_feeding
 from ...core.records import DropScene, FlipStatistics, Part, PoseStatistics
 from ...core.records.notes import Note
 from ...core.records.scene import DEFAULT_SEED
@@ -29,11 +29,6 @@ from ...core.resting.silhouettes import find_lookalikes
 from ...core.simulation import flips, request, simulate
 from ...core.statistics import feeding, pose_groups
 from ..design.sensitivity import Sensitivity, sensitivity
-
-TARGET_ERROR = 0.01
-MOST_DROPS = 10_000
-"""Error that the drops of a page are to reach, and the most of them, where their number
-is not given: a page should be there soon, and a real plate adds five points anyway."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +56,7 @@ class Feeder:
 
 
 class CellFindings(NamedTuple):
-    """What a cell is to do, by the default answer."""
+    """What a cell is to do."""
 
     plan: FeedingPlan
     own_kick: KickPlan | None  # by the kick that it gives now
@@ -74,42 +69,47 @@ class Findings:
     """The numbers of a report."""
 
     part: Part
-    simulated: PoseStatistics  # counted from drops
-    answer: PoseStatistics  # the default one, by fewer drops and an estimate
+    answer: PoseStatistics  # which all shares and plans of the page are from
     estimates: tuple[PoseStatistics, ...]  # by every estimator, in the registry's order
-    graph: splitting_graph.SplittingNode  # with the shares of the simulated drops
+    graph: splitting_graph.SplittingNode  # with the shares of the answer
     sphere: pose_sphere.PoseSphere
     feeder: Feeder  # what was asked; without wanted poses there is no feeder
-    # share of the parts that end in wanted poses, by `for_feeder`
-    accepted: feeding.Bounded | None
     cell: CellFindings | None
-    target_error: float  # that the drops were to reach; 0 where their number was given
     # what changes of the part do to the accepted share
-    sensitivity: Sensitivity | None = None
+    sensitivity: Sensitivity | None
 
     @property
-    def for_feeder(self) -> PoseStatistics:
-        """What is said of a feeder is by: the drops, with a cell what plans it."""
-        return self.simulated if self.cell is None else self.answer
+    def has_shares(self) -> bool:
+        """Whether any part came to rest."""
+        return self.answer.drops == 0 or self.answer.drops > self.answer.unsettled
+
+    @property
+    def accepted(self) -> feeding.Bounded | None:
+        """Share of the parts that end in wanted poses; None where none are wanted."""
+        if not self.feeder.wanted or not self.has_shares:
+            return None
+        return feeding.share_of_poses(self.answer, self.feeder.wanted)
 
     @property
     def best_estimate(self) -> PoseStatistics:
         """By the estimator that is the most accurate one at this restitution."""
-        best = best_method(self.simulated.restitution)
+        best = best_method(self.answer.restitution)
         return next(estimate for estimate in self.estimates if estimate.method == best)
 
     @property
     def warnings(self) -> tuple[Note, ...]:
-        """Of the wanted poses, and of the drops."""
+        """Of the wanted poses and the answer, or of the plan, which has both."""
+        if self.cell is not None:
+            return self.cell.plan.warnings
         return (
-            *pose_groups.warn_of_lookalikes(self.simulated, self.feeder.wanted),
-            *self.simulated.warnings,
+            *pose_groups.warn_of_lookalikes(self.answer, self.feeder.wanted),
+            *self.answer.warnings,
         )
 
     @property
     def cautions(self) -> list[Note]:
         """What else to act on the estimates say of themselves, each code once."""
-        codes = {warning.code for warning in self.simulated.warnings}
+        codes = {warning.code for warning in self.answer.warnings}
         cautions = {
             warning.code: warning
             for statistics in (self.best_estimate, *self.estimates)[::-1]
@@ -129,66 +129,50 @@ def investigate(
 ) -> Findings:
     """Compute the numbers of a report; equal requests give equal counts.
 
-    `drops`: None for as many as bring the error over the poses within a point, at most
-    10 000; `on_progress`: takes the share done, 0 to 1, and what is done.
+    `drops`: None for the default answer, that of `estimate`; `seed`: of drops, flips
+    and changes, None for that of the default answer; `on_progress`: takes the share
+    done, 0 to 1, and what is done.
     """
     resting = poses.poses_in(part, scene)
-    keywords = asdict(scene)
+    seed = DEFAULT_SEED if seed is None else seed
+    keywords: dict[str, Any] = {**asdict(scene), "seed": seed}
     feeder.check(len(resting.poses))
     prepare_kernels()
-    answer = find_lookalikes(auto(part, **keywords), part, feeder.pixel)
+    if drops is None:
+        answer = auto(part, **keywords)
+    else:
+        answer = simulate.simulate(
+            part,
+            drops,
+            **keywords,
+            on_progress=lambda progress: on_progress(
+                progress.drops / drops, f"{progress.drops} of {drops} drops"
+            ),
+        )
+    answer = find_lookalikes(answer, part, feeder.pixel)
     cell = None
     if feeder.cell is not None:
         cell = _plan_cell(part, scene, feeder, feeder.cell, answer, seed, on_progress)
-    target = 0.0
-    bound = MOST_DROPS
-    ending = ""
-    if drops is None and part.error_known:
-        target = TARGET_ERROR
-        ending = ", or fewer"
-    elif drops is not None:
-        bound = drops
-    simulated = simulate.simulate(
-        part,
-        bound,
-        seed=seed,
-        target_error=target,
-        **keywords,
-        on_progress=lambda progress: on_progress(
-            progress.drops / bound, f"{progress.drops} of {bound} drops{ending}"
-        ),
-    )
-    simulated = find_lookalikes(simulated, part, feeder.pixel)
     changes = None
-    estimates = estimate_all(part, **keywords)
-    graph = splitting_graph.with_shares(
-        splitting_graph.splitting_graph(resting), simulated.poses
-    )
     if feeder.changes:
         changes = sensitivity(
             part,
             feeder.wanted,
-            seed=simulated.seed,
-            on_progress=lambda share: on_progress(share, "changes"),
             **keywords,
+            on_progress=lambda share: on_progress(share, "changes"),
         )
-    findings = Findings(
-        part=part,
-        simulated=simulated,
-        answer=answer,
-        estimates=tuple(estimates),
-        graph=graph,
-        sphere=pose_sphere.pose_sphere(resting),
-        feeder=feeder,
-        accepted=None,
-        cell=cell,
-        target_error=target,
-        sensitivity=changes,
+    return Findings(
+        part,
+        answer,
+        tuple(estimate_all(part, **asdict(scene))),
+        splitting_graph.with_shares(
+            splitting_graph.splitting_graph(resting), answer.poses
+        ),
+        pose_sphere.pose_sphere(resting),
+        feeder,
+        cell,
+        changes,
     )
-    if not feeder.wanted or simulated.drops == simulated.unsettled:
-        return findings
-    shares = pose_groups.pose_shares(findings.for_feeder)
-    return replace(findings, accepted=feeding.accepted_share(shares, feeder.wanted))
 
 
 def _plan_cell(
@@ -197,12 +181,12 @@ def _plan_cell(
     feeder: Feeder,
     cell: FeederCell,
     answer: PoseStatistics,
-    seed: int | None,
+    seed: int,
     on_progress: Callable[[float, str], object],
 ) -> CellFindings:
     """Plan with the feeder's own kick and usual ones, as the command `feeding` does."""
     # What is refused is refused at once.
-    plan_feeding(answer, feeder.wanted, cell)
+    check_feeding(answer, feeder.wanted, cell)
     own_height = feeder.kick_height
     heights: list[float] = []
     if own_height is not None or cell.plate is not None:
@@ -214,8 +198,7 @@ def _plan_cell(
         scene,
         heights,
         request.drop_request(
-            flips.flips_per_pose(len(answer.poses), feeder.flips),
-            DEFAULT_SEED if seed is None else seed,
+            flips.flips_per_pose(len(answer.poses), feeder.flips), seed
         ),
         on_kick=lambda number, count: on_progress(
             number / count, f"kick {number + 1} of {count}"

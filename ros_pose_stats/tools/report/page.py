@@ -25,7 +25,6 @@ from ...base.text import name_poses, ranges
 from ...core.mesh.decimation import visible_triangles
 from ...core.mesh.units import unit_in_words
 from ...core.records import Array, Part, PoseStatistics, StablePose
-from ...core.records.notes import has_note
 from ...core.records.poses import PoseGroup, lookalikes, single_poses
 from ...core.records.statistics import listed_groups
 from ...core.statistics import feeding, pose_groups
@@ -90,7 +89,7 @@ ROUNDING = 1e-9  # coordinates of the centre of mass, in radii, that are shown a
 def report_page(findings: Findings, commands: tuple[str, ...]) -> str:
     """The page of a part as HTML; `commands`: that give the same numbers."""
     part = findings.part
-    statistics = findings.simulated
+    statistics = findings.answer
     groups = pose_groups.pose_groups(statistics)
     drawn_groups = listed_groups(groups)[:MOST_SHOWN]
     best_poses = [group.first for group in drawn_groups]
@@ -106,9 +105,9 @@ def report_page(findings: Findings, commands: tuple[str, ...]) -> str:
         single_poses=single_poses,
         part=part,
         statistics=statistics,
-        target=findings.target_error,
+        source=_source(statistics),
+        answer_name=_answer_name(statistics),
         estimate=findings.best_estimate,
-        answer=findings.answer,
         feeder=findings.feeder,
         accepted=findings.accepted,
         passes=None
@@ -127,7 +126,6 @@ def report_page(findings: Findings, commands: tuple[str, ...]) -> str:
             "0" if abs(x) < ROUNDING * statistics.radius else words.in_millimetres(x)
             for x in part.center_of_mass.tolist()
         ],
-        missed=has_note(statistics, "TARGET_MISSED"),
         warnings=[
             words.in_words(warning) for warning in findings.warnings if warning.acts
         ],
@@ -140,7 +138,7 @@ def report_page(findings: Findings, commands: tuple[str, ...]) -> str:
             for group, picture in zip(drawn_groups, pictures, strict=True)
         ],
         by_method=_by_method(findings, drawn_groups),
-        feeders=_feeders(findings.for_feeder),
+        feeders=_feeders(groups) if findings.has_shares else [],
         kicks=_kicks(findings),
         graph=_graph(findings),
         changes=_changes(findings),
@@ -154,22 +152,31 @@ def report_page(findings: Findings, commands: tuple[str, ...]) -> str:
     )
 
 
-def _feeders(
-    statistics: PoseStatistics,
-) -> list[tuple[PoseGroup, feeding.Bounded, feeding.Bounded]]:
-    """Share and drops of a part where only one group of poses is accepted."""
-    is_simulation = statistics.method == SIMULATION
-    if is_simulation and statistics.drops == statistics.unsettled:
-        return []
-    groups = pose_groups.pose_groups(statistics)
-    dropped = pose_groups.pose_shares(statistics)
-    shares = [
-        feeding.accepted_share(dropped, group.indices)
-        for group in groups[:MOST_FEEDERS]
-    ]
+def _source(statistics: PoseStatistics) -> str:
+    """What the shares of the page are from, in words."""
+    drops = f"{statistics.drops} simulated drops"
+    if statistics.method == SIMULATION:
+        return drops
+    if not statistics.drops:
+        return "the best estimate alone"
+    return f"the best estimate and {drops}"
+
+
+def _answer_name(statistics: PoseStatistics) -> str:
+    """What the page calls its answer; only one that nobody chose explains itself."""
+    return "default answer" if statistics.choice else SIMULATION
+
+
+def _feeders(groups: Sequence[PoseGroup]) -> list[tuple[PoseGroup, feeding.Bounded]]:
+    """Drops of a part where only one group of poses is accepted."""
     return [
-        (group, share, feeding.passes_of(*share))
-        for group, share in zip(groups, shares, strict=False)
+        (
+            group,
+            feeding.passes_of(
+                group.probability, group.probability_low, group.probability_high
+            ),
+        )
+        for group in groups[:MOST_FEEDERS]
     ]
 
 
@@ -185,25 +192,16 @@ def _kicks(findings: Findings) -> str | None:
 
 def _by_method(
     findings: Findings, drawn_groups: Sequence[PoseGroup]
-) -> list[tuple[PoseGroup, Any]]:
-    """Each group of poses with the answer of every method, and its name."""
-    answers = [findings.simulated, findings.answer, *findings.estimates]
-    names = [answer.method for answer in answers]
-    names[1] = "default answer"
-    groups_by_pose = [
-        {group.first.index: group for group in pose_groups.pose_groups(statistics)}
-        for statistics in answers
+) -> list[tuple[PoseGroup, list[tuple[str, PoseGroup]]]]:
+    """Each group of poses with the page's answer and that of every estimator."""
+    answers = [(_answer_name(findings.answer), findings.answer)]
+    answers += [(estimate.method, estimate) for estimate in findings.estimates]
+    rows = [
+        (name, {group.first.index: group for group in pose_groups.pose_groups(answer)})
+        for name, answer in answers
     ]
     return [
-        (
-            group,
-            [
-                (name, statistics, groups[group.first.index])
-                for name, statistics, groups in zip(
-                    names, answers, groups_by_pose, strict=True
-                )
-            ],
-        )
+        (group, [(name, groups[group.first.index]) for name, groups in rows])
         for group in drawn_groups
     ]
 
@@ -216,7 +214,7 @@ def _graph(findings: Findings) -> dict[str, Any] | None:
     return {
         "ends": sum(not branch.parts for branch in splitting.drawn_tree(root).walk()),
         "splitting": figures.svg_address(
-            splitting.splitting_figure(root, findings.simulated.poses)
+            splitting.splitting_figure(root, findings.answer.poses)
         ),
         "reachable": figures.svg_address(
             sphere.reachable_figure(

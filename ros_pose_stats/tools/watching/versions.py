@@ -26,10 +26,10 @@ from ...core.records import Part, PoseStatistics
 from ...core.resting.poses import RestingPoses
 from ...core.statistics.feeding import (
     Bounded,
-    accepted_share,
     check_wanted_poses,
+    share_of_poses,
 )
-from ...core.statistics.pose_groups import pose_groups, pose_shares
+from ...core.statistics.pose_groups import pose_groups
 from ..design.correspondence import find_correspondence
 
 MOST_KEPT = 1000
@@ -158,8 +158,7 @@ class History:
 
     def share(self, version: Version, statistics: PoseStatistics) -> Bounded:
         """Share of the wanted poses in a version, by some statistics of it."""
-        wanted = version.poses_of(self.wanted_keys)
-        return accepted_share(pose_shares(statistics), wanted)
+        return share_of_poses(statistics, version.poses_of(self.wanted_keys))
 
     def change_since(self, before: Version) -> Change | None:
         """What is different now; None where the version is the present one.

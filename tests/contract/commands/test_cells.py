@@ -15,6 +15,7 @@
 The node's is set beside that of `feeding` in `tests/contract/node/test_questions.py`.
 """
 
+import csv
 import math
 import re
 
@@ -56,6 +57,24 @@ def part_of(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
+    "number",
+    [
+        pytest.param(number, marks=pytest.mark.long if number else ())
+        for number in range(PARTS)
+    ],
+)
+def test_a_catalogue_has_the_answer_of_estimate(part_of, tmp_path, number):
+    part = part_of(number)
+    dropped = answer_json("estimate", *part)
+    answer("catalogue", *part, "--workers", 1, "-o", tmp_path / "all")
+    with (tmp_path / "all" / "poses.csv").open(encoding="utf-8", newline="") as table:
+        rows = {int(row["pose"]): row for row in csv.DictReader(table)}
+    for pose in dropped["poses"]:
+        for name in ("probability", "probability_low", "probability_high"):
+            assert float(rows[pose["index"]][name]) == pytest.approx(pose[name])
+
+
+@pytest.mark.parametrize(
     ("number", "name"),
     [
         pytest.param(
@@ -68,10 +87,16 @@ def part_of(tmp_path_factory):
 def test_flips_and_feeding_say_the_same(part_of, number, name):
     """Equal numbers; and where the best plan does not kick, no single kick is given."""
     part = *part_of(number), "--wanted", 0, "--flips", 30, *CELLS[name]
-    radius = answer_json("estimate", *part[:3])["radius"]
+    part = *part, "--seed", 7 + number
+    dropped = answer_json("estimate", *part[:3], "--seed", 7 + number)
+    radius = dropped["radius"]
     kicks = [0.3 * radius, radius]
     best = answer_json("feeding", *part, "--kicks", *kicks)
     assert re.fullmatch(TOGETHER if "--plate" in part else SINGLY, best["cell"])
+    if name == "singly":
+        shares = {pose["index"]: pose["probability"] for pose in dropped["poses"]}
+        accepted = best["options"][0]["accepted"]["value"]
+        assert accepted == pytest.approx(shares[0], rel=1e-12)
     for kick in kicks:
         lone = answer_json("feeding", *part, "--kicks", kick)
         flipped = answer_json("flips", *part, "--kick", kick)["feeding"]
@@ -94,7 +119,7 @@ def test_what_a_camera_mistakes_is_in_the_plan_of_the_page(bar, tmp_path):
         for pixel in ((), ("--pixel", "0.01mm"))
     )
     assert rate < 0.9 * sharp_rate
-    answer("report", *part, "--kick", 0.005, "--drops", 50, "-o", file)
+    answer("report", *part, "--kick", 0.005, "-o", file)
     assert f"{rate:#.3g} parts picked a minute (" in Page(file).text
 
 
@@ -103,18 +128,21 @@ def test_what_a_camera_mistakes_is_in_the_plan_of_the_page(bar, tmp_path):
     ("number", "name"),
     [(number, list(CELLS)[number % len(CELLS)]) for number in range(PARTS)],
 )
-def test_the_first_box_of_a_report_is_the_plan_of_feeding(
+def test_a_report_has_the_answer_of_estimate_and_the_plan_of_feeding(
     part_of, tmp_path, number, name
 ):
     """The best plan, whatever kick was typed; and no kick is marked that is none."""
-    part = *part_of(number), "--wanted", 0, "--flips", 30, *CELLS[name]
+    named = part_of(number)
+    part = *named, "--wanted", 0, "--flips", 30, *CELLS[name]
     file = tmp_path / "a.html"
-    radius = answer_json("estimate", *part[:3])["radius"]
+    dropped = answer_json("estimate", *named)
+    radius = dropped["radius"]
     kick = 0.17 * radius
     usual_kicks = [0.05 * radius * 100.0 ** (k / 12) for k in range(13)]
-    answer("report", *part, "--kick", kick, "--drops", 50, "-o", file)
+    answer("report", *part, "--kick", kick, "-o", file)
     best = answer_json("feeding", *part, "--kicks", kick, *usual_kicks)
     page = Page(file)
+    check_shares(page, dropped)
     is_kicking = best["kick_height"] > 0.0
     assert f"can be dropped a minute: {best['cell']}." in page.text
     assert f"{best['per_minute']['value']:#.3g} parts picked a minute (" in page.text
@@ -123,3 +151,16 @@ def test_the_first_box_of_a_report_is_the_plan_of_feeding(
     words = " ".join(picture.words)
     assert bool(KICK.search(words)) == is_kicking
     assert bool(UNKICKED.search(words)) != is_kicking
+
+
+def check_shares(page, dropped):
+    """Card and table of each pose that stands alone have the row of `estimate`."""
+    groups = [pose["group"] for pose in dropped["poses"]]
+    for pose in dropped["poses"]:
+        low, high = pose["probability_low"], pose["probability_high"]
+        if groups.count(pose["group"]) > 1 or not 0.01 < low < high < 0.99:
+            continue
+        share = f"{100.0 * pose['probability']:.1f} %"
+        interval = f"{100.0 * low:.1f} to {100.0 * high:.1f} %"
+        assert f"Pose {pose['index']} {share} 90 % interval {interval}" in page.text
+        assert f"pose {pose['index']} {share} ({interval})" in page.text

@@ -17,7 +17,7 @@ import re
 
 import pytest
 
-from ros_pose_stats import estimate, load_part, simulate
+from ros_pose_stats import auto, estimate, load_part, simulate
 from tests.running import answer, answer_json, refusal
 
 
@@ -48,17 +48,18 @@ def test_page_and_figure_are_written_and_named(written):
     assert {file.name for file in folder.iterdir()} == {"box.html", "box.png"}
 
 
-def test_however_many_drops_were_done_the_page_says_how_to_have_them_again(
-    box, written
-):
-    page = (written[1] / "box.html").read_text(encoding="utf-8")
-    drops = int(
-        re.search(
-            r"ros_pose_stats simulate box.stl --unit mm .*--drops (\d+) --seed 3", page
-        )[1]
-    )
-    for pose in simulate(load_part(box[0], unit="mm"), drops, seed=3).poses:
-        assert f"<td>{pose.count}</td>" in page
+def test_the_page_says_which_commands_give_its_answer_again(box, written, tmp_path):
+    part = load_part(box[0], unit="mm")
+    dropped = tmp_path / "dropped.html"
+    answer("report", *box, "--seed", 3, "--drops", 70, "-o", dropped)
+    for page, command, statistics in (
+        (written[1] / "box.html", "estimate box.stl", auto(part, seed=3)),
+        (dropped, "simulate box.stl", simulate(part, 70, seed=3)),
+    ):
+        source = page.read_text(encoding="utf-8")
+        assert re.search(rf"ros_pose_stats {command} --unit mm .*--seed 3", source)
+        for pose in statistics.poses:
+            assert f"<td>{pose.count}</td>" in source
 
 
 def test_the_same_request_gives_the_same_page(box, written):

@@ -62,7 +62,8 @@ def report(parts):
     answer(
         "report",
         parts / "box.stl",
-        *DROPPED,
+        "--unit",
+        "mm",
         "--wanted",
         "0,1",
         "--rate",
@@ -81,9 +82,9 @@ def report(parts):
 
 
 @pytest.fixture(scope="session")
-def counted(parts):
-    """The drops that the report is about."""
-    return answer_json("simulate", parts / "box.stl", *DROPPED)
+def estimated(parts):
+    """The answer that the report is about."""
+    return answer_json("estimate", parts / "box.stl", "--unit", "mm")
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@
 # ANY KIND, either express or implied. See the License for the specific language
 # governing permissions and limitations under the License.
 
-"""The page about a part: one story, that of the counted drops, in numbers and in
+"""The page about a part: one story, that of the estimated drops, in numbers and in
 pictures.
 """
 
@@ -33,9 +33,9 @@ AREAS = (12.0, 8.0, 6.0)
 
 
 @pytest.fixture(scope="module")
-def kinds(counted):
+def kinds(estimated):
     """Poses by what symmetry makes alike, with totals: (numbers, pose)."""
-    poses = sorted(counted["poses"], key=lambda pose: pose["index"])
+    poses = sorted(estimated["poses"], key=lambda pose: pose["index"])
     return [((pose["index"], pose["index"] + 1), pose) for pose in poses[::2]]
 
 
@@ -49,12 +49,14 @@ def test_it_is_one_file_that_asks_for_nothing(report, clamp, comparison):
         assert file.stat().st_size < 3e6
 
 
-def test_the_first_sentence_names_the_scene_and_the_commonest_pose(report, counted):
+def test_the_first_sentence_names_the_scene_and_the_commonest_pose(report, estimated):
     page, _ = report
-    scene = counted["scene"][0].upper() + counted["scene"][1:]
+    scene = estimated["scene"][0].upper() + estimated["scene"][1:]
     assert f"{scene}, this part comes to rest in 6 stable poses of 3 kinds" in page.text
-    best = max(pose["group_probability"] for pose in counted["poses"])
-    assert f"{percent(best)} of 300 simulated drops" in page.text
+    best = max(pose["group_probability"] for pose in estimated["poses"])
+    assert f"{percent(best)} of the dropped parts (90 % interval " in page.text
+    source = f"by the best estimate and {estimated['drops']} simulated drops"
+    assert f"), {source}." in page.text
 
 
 def test_like_poses_have_a_picture_and_their_total(report, kinds):
@@ -63,7 +65,10 @@ def test_like_poses_have_a_picture_and_their_total(report, kinds):
     assert len(pictures) == 3
     for (first, second), pose in kinds:
         total = percent(pose["group_probability"])
-        assert f"The part in poses {first}, {second}, {total} of the drops" in pictures
+        assert (
+            f"The part in poses {first}, {second}, {total} of the dropped parts"
+            in pictures
+        )
         for number in (
             f"each of 2, about {percent(pose['group_probability'] / 2)}",
             f"{1e3 * pose['height']:.4g} mm",
@@ -74,14 +79,37 @@ def test_like_poses_have_a_picture_and_their_total(report, kinds):
             assert number in page.text
 
 
-def test_each_pose_is_listed_on_demand_with_its_count(report, counted):
+def test_a_part_has_one_answer_on_a_page(report, estimated):
+    """First box, card, both tables and bar: the rows of `estimate`, ends and all."""
+    page, _ = report
+    totals = {}
+    for pose in estimated["poses"]:
+        rows = totals.setdefault(pose["group"], np.zeros(3))
+        rows += [
+            pose["probability"],
+            pose["probability_low"],
+            pose["probability_high"],
+        ]
+    (best, *others) = sorted(totals.values(), key=lambda row: -row[0])
+    text = page.text + unescape(page.source).replace("\xa0", " ")
+    for total, places in ((best, 2), *((total, 0) for total in others)):
+        share, low, high = 100.0 * total
+        interval = f"{low:.1f} to {high:.1f} %"
+        assert f"{share:.1f} % ({interval})" in page.text
+        assert f"{share:.1f} %, 90 % interval {interval}" in text
+        assert page.text.count(interval) == 3 + places
+    # Poses 0 and 1 are wanted: they are the commonest ones.
+    assert f"{100.0 * best[0]:.1f} % of the dropped parts lie in the" in page.text
+
+
+def test_each_pose_is_listed_on_demand_with_its_count(report, estimated):
     (hidden,) = re.findall(r"<details>(.*?)</details>", report[0].source, re.DOTALL)
     rows = [
         re.findall(r"<td>(.*?)</td>", row, re.DOTALL)
         for row in re.findall(r"<tr>(.*?)</tr>", hidden, re.DOTALL)[1:]
     ]
     assert [(int(row[0]), int(row[1]), int(row[4])) for row in rows] == [
-        (pose["index"], pose["group"], pose["count"]) for pose in counted["poses"]
+        (pose["index"], pose["group"], pose["count"]) for pose in estimated["poses"]
     ]
 
 
@@ -96,7 +124,7 @@ def test_every_method_tells_every_total(report, kinds):
 
 
 def test_the_splitting_graph_has_the_levels_of_the_edges_and_the_shares_of_the_table(
-    report, counted
+    report, estimated
 ):
     """A box goes from face to face over its edges: half the diagonals of the sides
     between.
@@ -105,16 +133,16 @@ def test_the_splitting_graph_has_the_levels_of_the_edges_and_the_shares_of_the_t
     words = picture.words
     for level in (math.hypot(15.0, 10.0), math.hypot(20.0, 10.0)):
         assert f"{level:.2f}" in words
-    for pose in counted["poses"]:
+    for pose in estimated["poses"]:
         assert str(pose["index"]) in words and percent(pose["probability"]) in words
 
 
 def test_the_first_box_has_the_best_plan_and_not_the_kick_that_was_typed(
-    report, parts, counted
+    report, parts, estimated
 ):
     """It is that of `feeding`, asked for all kicks that the page looks at."""
     page, _ = report
-    usual_kicks = counted["radius"] * np.geomspace(0.05, 5.0, 13)
+    usual_kicks = estimated["radius"] * np.geomspace(0.05, 5.0, 13)
     cell = parts / "box.stl", "--unit", "mm", "--wanted", "0,1", "--flips", 100
     plan = answer_json("feeding", *cell, "--kicks", 0.02, *usual_kicks)
     value, low, high = plan["per_minute"].values()
@@ -158,11 +186,11 @@ def test_changes_are_in_a_table_and_on_the_part(report):
     )
 
 
-def test_all_can_be_had_again(report, counted):
+def test_all_can_be_had_again(report, estimated):
     page, _ = report
     assert "ros_pose_stats report box.stl --unit mm" in page.text
-    assert "ros_pose_stats simulate box.stl --unit mm" in page.text
-    assert counted["part_digest"] in page.text
+    assert "ros_pose_stats estimate box.stl --unit mm" in page.text
+    assert estimated["part_digest"] in page.text
 
 
 def test_a_part_without_symmetry_has_a_picture_a_pose(clamp):
