@@ -31,11 +31,7 @@ class Gain(NamedTuple):
     measured: float  # by the drops that judge it
     measured_error: float
     drops: int  # of the part before, and after, for the answer
-
-    @property
-    def is_recommended(self) -> bool:
-        """Whether the answer says that it gains."""
-        return self.low > 0.0
+    is_recommended: bool  # whether the answer says that it gains
 
     @property
     def loses(self) -> bool:
@@ -74,6 +70,7 @@ def measure_gains(case: Case, drops: int) -> list[Gain]:
                 measured.value,
                 measured.standard_error,
                 answer.drops,
+                effect.gains,
             )
         )
     return gains

@@ -68,8 +68,8 @@ ABOUT = (
 
 GAINS = (
     "{} checked steps of {} parts: what `sensitivity` says that they gain, beside {} "
-    "other drops of each part. *Near*: within 1.5 points of these. *Recommended*: an "
-    "interval above 0; *of these losing*: the other drops show a loss beyond two "
+    "other drops of each part. *Near*: within 1.5 points of these. *Recommended*: a "
+    "gain beyond chance; *of these losing*: the other drops show a loss beyond two "
     "standard errors. *In the interval*: the other drops' own error is part of it."
 )
 

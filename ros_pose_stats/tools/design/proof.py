@@ -25,15 +25,20 @@ from ...core.records import Index
 from ...core.simulation.request import DropRequest
 from ...core.statistics.errors import DEFAULT_LEVEL
 from .changes import ChangedPart
-from .paired_drops import PairedDifference
+from .paired_drops import PairedDifference, adjust_together
 from .shares import GoalModel
 
 FIRST_LOOK = 1000
 """Drops of each part that tell how many it takes."""
 
 KNOWN_GAIN = 0.0125
-"""Half of the widest interval at which the drops end: a larger gain or loss is sure.
-The standard error is half a point by then, so few are off by 1.5 points."""
+"""Half of the widest interval at which the drops end. The standard error is half a point
+by then, so few are off by 1.5 points."""
+
+NULL_CHANCE = 0.01
+"""How often some step of an answer passes for one that changes something though none
+does, at most: half of these pass for a gain. The intervals alone, of 90 %, would have
+one answer of twenty recommend a step that gains nothing."""
 
 SPARE = 1.05
 """Drops that are made at once over those that the intervals so far ask for."""
@@ -43,7 +48,7 @@ class Proof(NamedTuple):
     """Drops of several parts, and what one gains over another."""
 
     classes: Index  # (V, n); classes of poses in which the parts came to rest
-    gains: tuple[PairedDifference, ...]  # their 90 % intervals hold together
+    gains: tuple[PairedDifference, ...]  # their intervals and chances hold together
     drops: int  # of each part
 
 
@@ -66,9 +71,11 @@ def prove_gains(
     while True:
         pairs.drop_until(size, lambda drops_done: on_progress(drops_done / most_drops))
         classes = model.classes(pairs, changed_parts)
-        gains = tuple(
-            model.goal.gain(classes[before], classes[after], level)
-            for before, after in comparisons
+        gains = judge_together(
+            [
+                model.goal.gain(classes[before], classes[after], level)
+                for before, after in comparisons
+            ]
         )
         widest = max((0.5 * (gain.high - gain.low) for gain in gains), default=0.0)
         was_stopped = pairs.drops < size
@@ -76,3 +83,20 @@ def prove_gains(
             return Proof(classes, gains, pairs.drops)
         needed_drops = math.ceil(SPARE * size * (widest / KNOWN_GAIN) ** 2)
         size = min(request.drops, needed_drops)
+
+
+def judge_together(gains: Sequence[PairedDifference]) -> tuple[PairedDifference, ...]:
+    """Gains with chances that hold for all of them together, by Holm's steps."""
+    chances = adjust_together([gain.p_value for gain in gains]).tolist()
+    return tuple(
+        gain._replace(p_value=chance)
+        for gain, chance in zip(gains, chances, strict=True)
+    )
+
+
+def is_gain(gain: PairedDifference) -> bool:
+    """Whether drops show a gain, and not what a step without one comes to by chance.
+
+    `gain`: with a chance that holds for all steps that were judged with it.
+    """
+    return gain.value > 0.0 and gain.p_value <= NULL_CHANCE

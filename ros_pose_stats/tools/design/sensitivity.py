@@ -86,17 +86,14 @@ class Effect:
     @property
     def gains(self) -> bool:
         """Whether drops show a gain."""
-        return self.check is not None and self.check.low > 0.0
+        return self.check is not None and proof.is_gain(self.check)
 
     @property
     def contradicted(self) -> bool:
         """Whether drops exclude the estimated change, and show none to its side."""
-        if self.check is None or math.isnan(self.check.value):
+        if self.check is None or math.isnan(self.check.value) or self.gains:
             return False
-        return (
-            self.check.low <= 0.0
-            and not self.check.low <= self.change <= self.check.high
-        )
+        return not self.check.low <= self.change <= self.check.high
 
     @property
     def remark(self) -> str:

@@ -339,7 +339,7 @@ def _choose_by_drops(
         on_progress,
         should_stop,
     )
-    gains = [gain.value if gain.low > 0.0 else -np.inf for gain in proved.gains]
+    gains = [gain.value if proof.is_gain(gain) else -np.inf for gain in proved.gains]
     best = int(np.argmax(gains))
     return best if np.isfinite(gains[best]) else None
 

@@ -22,7 +22,7 @@ import pytest
 from ros_pose_stats import load_part, sensitivity
 from tests.running import answer, answer_json, refusal
 
-ASKED = "--wanted", "2,3", "--checks", 3, "--drops", 1500, "--seed", 5
+ASKED = "--wanted", "2,3", "--checks", 3, "--drops", 3000, "--seed", 5
 
 
 @pytest.fixture(scope="module")

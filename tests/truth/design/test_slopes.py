@@ -24,6 +24,7 @@ from ros_pose_stats import part_from_mesh, resting_poses, sensitivity, suggest
 from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
 from ros_pose_stats.tools.design.goal import find_goal
 from ros_pose_stats.tools.design.paired_drops import paired_difference
+from ros_pose_stats.tools.design.proof import judge_together
 from ros_pose_stats.tools.plots.changes import PLAIN, face_colors
 
 CUBE = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))
@@ -112,7 +113,7 @@ def test_drops_agree_with_the_slopes_that_they_check():
 @pytest.mark.parametrize("gain", [0.0, 0.03])
 def test_the_first_line_is_as_sure_as_it_says(gain):
     """Of steps that gain alike, checked 600 times: without a gain one is said to gain
-    in at most 5 %, of 3 points the interval of the best holds in at least 90 %.
+    in at most .5 %, of 3 points the interval of the best holds in at least 90 %.
     """
     analysis = sensitivity(CLAMP, [0], checks=0)
     random = np.random.default_rng(1)
@@ -123,11 +124,14 @@ def test_the_first_line_is_as_sure_as_it_says(gain):
             random.choice(3, 2000, p=(0.86 - gain, 0.07, 0.07 + gain))
             for _ in analysis.effects
         ]
+        checks = judge_together(
+            [paired_difference(end == 1, end == 2, level) for end in ends]
+        )
         line = replace(
             analysis,
             effects=tuple(
-                replace(effect, check=paired_difference(end == 1, end == 2, level))
-                for effect, end in zip(analysis.effects, ends, strict=True)
+                replace(effect, check=check)
+                for effect, check in zip(analysis.effects, checks, strict=True)
             ),
         ).describe_gain()
         interval = re.search(r"by drops \((\S+) to (\S+)\)", line)
@@ -138,7 +142,7 @@ def test_the_first_line_is_as_sure_as_it_says(gain):
             and float(interval[1]) <= 100.0 * gain <= float(interval[2])
         )
     # But for three standard errors of 600 answers.
-    least = 0.95 if gain == 0.0 else 0.9
+    least = 0.995 if gain == 0.0 else 0.9
     assert np.mean(hits) >= least - 3.0 * math.sqrt(least * (1.0 - least) / 600)
 
 
@@ -146,7 +150,7 @@ def test_the_first_line_is_as_sure_as_it_says(gain):
 def bracket():
     """That is to stand on one of its ends."""
     part = part_from_mesh(*DEMO_PARTS["bracket"](), unit="mm")
-    return sensitivity(part, [4], drops=1500, seed=1)
+    return sensitivity(part, [4], drops=4000, seed=1)
 
 
 class TestBracket:
@@ -208,7 +212,7 @@ class TestSuggestion:
         assert 11e-3 * (1.0 - 1e-9) <= half <= 13e-3 * (1.0 + 1e-9)
 
     def test_a_centre_of_mass_that_moves_with_the_outline_keeps_it_too(self):
-        suggestion = suggest(CLAMP, [0], WITHIN, drops=1000, seed=1)
+        suggestion = suggest(CLAMP, [0], WITHIN, drops=2500, seed=1)
         assert 0.0 < suggestion.center_shift <= WITHIN * (1.0 + 1e-5)
 
 

@@ -33,8 +33,8 @@ def add_flips(command: arguments.CommandParser) -> None:
         command,
         "--seed",
         default=DEFAULT_SEED,
-        help="the same seed gives the same drops and flips (default: %(default)s, as in "
-        "a node)",
+        help="the same seed gives the same drops and flips (default: %(default)s, as "
+        "in a node)",
     )
 
 
