@@ -17,11 +17,13 @@ plates.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from lab.bodies.dice import DICE, Die, on_squares, square_prism
 from ros_pose_stats.core.estimators.split import split
+from ros_pose_stats.core.planning.auto import auto
 from ros_pose_stats.core.plates import CountedPart, count_part, fit_plate
 from ros_pose_stats.core.plates.likelihood import ROUND_SIDES, ExplainedPart, SceneGrid
 from ros_pose_stats.core.records import Array, Index
@@ -37,7 +39,14 @@ COUNTED = 200
 
 AS_FILED = Numbering(0.0, 0)  # of dice: every face, as it is
 
-METHODS = ("default", "fit", "all others", "best scene")
+METHODS = (
+    "default",
+    "default + drops",
+    "fit",
+    "fit + drops",
+    "all others",
+    "best scene",
+)
 
 
 @dataclass(frozen=True)
@@ -152,9 +161,13 @@ def judge_plate(
         weights.append(fit.default_weight)
         for k in order[FITTED:]:
             counts = parts[k].by_group
-            squares["default"].append(_square_error(counts, defaults[k]))
-            fitted = shares_in(parts[k], scene)
-            squares["fit"].append(_square_error(counts, fitted))
+            for method, shares in (
+                ("default", defaults[k]),
+                ("default + drops", answer_in(parts[k], DropScene())),
+                ("fit", shares_in(parts[k], scene)),
+                ("fit + drops", answer_in(parts[k], scene)),
+            ):
+                squares[method].append(_square_error(counts, shares))
     errors = {
         method: math.sqrt(max(float(np.mean(values)), 0.0))
         for method, values in squares.items()
@@ -174,6 +187,20 @@ def judge_plate(
 def shares_in(counted: CountedPart, scene: DropScene) -> Array:
     """Shares (G,) of the groups by `split`."""
     share = np.bincount(counted.resting.group, split(counted.resting, scene))
+    return share.astype(np.float64)
+
+
+@cache
+def answer_in(counted: CountedPart, scene: DropScene) -> Array:
+    """Shares (G,) of the groups by the default answer, drops beside an estimate."""
+    statistics = auto(
+        counted.part,
+        restitution=scene.restitution,
+        drop_height=scene.drop_height,
+        workers=1,
+        **counted.numbering._asdict(),
+    )
+    share = np.bincount(counted.resting.group, statistics.column("probability"))
     return share.astype(np.float64)
 
 
