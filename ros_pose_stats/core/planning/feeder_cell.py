@@ -91,16 +91,17 @@ class FeederCell:
                 )
 
     def kick_heights(
-        self, radius: float, named: Sequence[float] | None
+        self, radius: float, named: Sequence[float] | None, has_kicker: bool = False
     ) -> tuple[float, ...]:
-        """Kicks to plan with, metres: those named, else the usual ones of a plate.
+        """Kicks to plan with, metres: those named, else the usual ones.
 
-        `radius`: of the part, metres. Where parts come singly nothing kicks them
-        unless that is said.
+        `radius`: of the part, metres; `has_kicker`: whether flips were counted in the
+        cell, or it gives some kick now. Where parts come singly nothing else kicks
+        them.
         """
         if named is not None:
             return tuple(named)
-        return () if self.plate is None else usual_kicks(radius)
+        return usual_kicks(radius) if self.plate is not None or has_kicker else ()
 
     def describe_plate(self) -> str:
         """The plate in words, or that there is none."""

@@ -29,7 +29,7 @@ from ...core.planning.feeder_cell import FeederCell
 from ...core.planning.feeding_plan import FeedingPlan, check_feeding, plan_feeding
 from ...core.records import FlipStatistics, Part, PoseStatistics
 from ...core.resting.silhouettes import find_lookalikes
-from ...core.simulation.flips import check_kick, usual_kicks
+from ...core.simulation.flips import check_kick
 from ...core.statistics import feeding
 from ..answering_node import Steps, advance, answer_request
 from ..equipment import Equipment
@@ -204,10 +204,12 @@ class PlanFeedingServer(GoalServer[Plan]):
         heights = [kick]
         if not kick:
             heights = list(
-                cell.kick_heights(message.radius, request.kick_heights or None)
+                cell.kick_heights(
+                    message.radius,
+                    request.kick_heights or None,
+                    counted_flips is not None,
+                )
             )
-        if not heights and counted_flips is not None:
-            heights = list(usual_kicks(message.radius))
         flips = yield from self._flip(part, latched, heights, plan)
         if not response.success:
             return

@@ -79,14 +79,11 @@ def run(options: argparse.Namespace) -> int:
     refuse_no_kicks(picture, flip_table, options)
     part = running.load_part_and_kernels(options)
     from ...core.planning.feeding_plan import plan_feeding
-    from ...core.simulation import flips
 
     cell = cells.read_cell(options)
     statistics = cells.drop_into(cell, part, options)
     counted_flips = flip_counts.read_flips(flip_table, len(statistics.poses))
-    kicks = cell.kick_heights(statistics.radius, options.kicks)
-    if counted_flips and not kicks:
-        kicks = flips.usual_kicks(statistics.radius)
+    kicks = cell.kick_heights(statistics.radius, options.kicks, bool(counted_flips))
     request = flip_counts.flip_request(options, len(statistics.poses))
     with running.stop_on_interrupt() as is_interrupted, running.ProgressBar() as bar:
         simulated_flips = flip_counts.kick_from_heights(

@@ -12,9 +12,9 @@
 
 """The numbers of a report on a part, before they are put into words and pictures."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from ...core.estimators import best_method, estimate_all
 from ...core.kernels.compilation import prepare_kernels
@@ -188,11 +188,9 @@ def _plan_cell(
     # What is refused is refused at once.
     check_feeding(answer, feeder.wanted, cell)
     own_height = feeder.kick_height
-    heights: list[float] = []
-    if own_height is not None or cell.plate is not None:
-        heights += flips.usual_kicks(answer.radius)
+    heights = cell.kick_heights(answer.radius, None, own_height is not None)
     if own_height is not None:
-        heights.append(own_height)
+        heights += (own_height,)
     kicks = flips.flips_by_kick(
         part,
         scene,
@@ -205,12 +203,14 @@ def _plan_cell(
         ),
     )
     plan = plan_feeding(answer, feeder.wanted, cell, kicks, part)
-    by_height = dict(zip([kick.kick_height for kick in kicks], kicks, strict=True))
-    own_kick = None
-    shown_height = own_height
-    if own_height is not None:
-        own_kick = plan.options[1 + list(by_height).index(own_height)]
-    if plan.best.is_kicking:
-        shown_height = plan.best.kick_height
-    shown_flips = None if shown_height is None else by_height[shown_height]
-    return CellFindings(plan, own_kick, shown_flips)
+    own_kick = _at_height(own_height, plan.options[1:])
+    shown_height = plan.best.kick_height if plan.best.is_kicking else own_height
+    return CellFindings(plan, own_kick, _at_height(shown_height, kicks))
+
+
+Kick = TypeVar("Kick", KickPlan, FlipStatistics)
+
+
+def _at_height(height: float | None, kicks: Sequence[Kick]) -> Kick | None:
+    """What is about the kick of a height, if anything."""
+    return next((kick for kick in kicks if kick.kick_height == height), None)
