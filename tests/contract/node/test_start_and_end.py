@@ -161,7 +161,7 @@ def test_whole_numbers_lists_and_private_topics_are_taken(odd):
         (f"{odd.prefix}/mine", ("mine",)),
         ("/odd/nut", ("other",)),
     ):
-        MeshPublisher(odd, topic, Mesh).matched().publish(mesh(WEDGE))
+        MeshPublisher(odd, topic, Mesh).matched(len(names)).publish(mesh(WEDGE))
         for name in names:
             assert latched(odd, name).cluster_tolerance == 0.0
 

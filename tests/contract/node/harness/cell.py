@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from ros_pose_stats_msgs.msg import PartMesh
+from ros_pose_stats_msgs.msg import ObservedParts, PartMesh, PoseCounts
 
 from .client import Client, until
 from .node import PATIENCE, NodeProcess
@@ -51,12 +51,17 @@ class MeshPublisher:
         self._publisher = client.node.create_publisher(
             kind, topic or f"{client.prefix}/part_mesh", quality
         )
-        self._takers = 2 if latched else 1
+        # What cameras send, the node hears reliably and with best effort; meshes, as
+        # they come and as they are latched.
+        is_heard_twice = latched or kind in (PoseCounts, ObservedParts)
+        self._takers = 2 if is_heard_twice else 1
 
-    def matched(self):
-        """Wait until the node listens."""
+    def matched(self, parts=1):
+        """Wait until the node listens, for each of several parts of a topic."""
+        takers = parts * self._takers
         until(
-            lambda: self._publisher.get_subscription_count() >= self._takers, "the node"
+            lambda: self._publisher.get_subscription_count() >= takers,
+            f"{takers} subscriptions of the node",
         )
         return self
 
@@ -69,6 +74,12 @@ class MeshPublisher:
     def acknowledged(self):
         """Wait until the node's side has received all of them."""
         assert self._publisher.wait_for_all_acked(Duration(seconds=int(PATIENCE)))
+
+
+def publishers_of_parts(client):
+    """How many publish results, beside the one that is there from the start."""
+    topic = f"{client.prefix}/pose_statistics"
+    return len(client.node.get_publishers_info_by_topic(topic)) - 1
 
 
 def latched(client, part_id):

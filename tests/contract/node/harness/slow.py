@@ -27,10 +27,30 @@ def memory(pid, line):
     return 1024 * int(about(pid, "status").partition(f"{line}:")[2].split()[0])
 
 
+NICENESS = 10
+"""Of a process that builds; one that indexes a bag comes after it."""
+
+
+def _numbers(pid):
+    """Numbers of a process as Linux has them, from the third on; none if it has
+    ended.
+    """
+    return about(pid, "stat").rpartition(")")[2].split()
+
+
 def _ticks(pid):
     """Time that a process has computed, in hundredths of a second."""
-    numbers = about(pid, "stat").rpartition(")")[2].split()
+    numbers = _numbers(pid)
     return int(numbers[11]) + int(numbers[12]) if numbers else 0
+
+
+def _builders(pid):
+    """Children of a node that build, or would."""
+    return [
+        child
+        for child in children(pid)
+        if (numbers := _numbers(child)) and int(numbers[16]) == NICENESS
+    ]
 
 
 def builder_at_work(pid):
@@ -43,7 +63,7 @@ def builder_at_work(pid):
         return next(
             (
                 child
-                for child in children(pid)
+                for child in _builders(pid)
                 if _ticks(child) > at_first.setdefault(child, _ticks(child))
             ),
             None,
@@ -70,8 +90,11 @@ def standing_builder(client, pid):
     """
     client.good("estimate", part=flat(fine_box(6000), new_id()))  # which starts it
     with ExitStack() as stack:
-        (builder,) = map(stack.enter_context, map(standing, children(pid)))
-        yield builder
+        builders = _builders(pid)
+        assert builders
+        for builder in builders:
+            stack.enter_context(standing(builder))
+        yield
 
 
 def kill(pid):

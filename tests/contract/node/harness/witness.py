@@ -184,8 +184,10 @@ class Witness:
             drops=chance.choice((20, 200, 10**6)),
             max_seconds=0.2 * chance.random() + 0.01,
         )
-        handle = self._wait(self._actions.send_goal_async(goal))
-        answer = None if handle is None else self._wait(handle.get_result_async())
+        # In the executor's thread, where no answer can overtake its question.
+        run = self._client.run
+        handle = self._wait(run(lambda: self._actions.send_goal_async(goal)))
+        answer = None if handle is None else self._wait(run(handle.get_result_async))
         if answer is not None:
             self._told.accepted.add(answer.result.job_id)
             state = JobStatus.DONE if answer.result.success else JobStatus.CANCELLED

@@ -17,7 +17,6 @@ does not.
 import math
 import re
 import signal
-import subprocess
 import sys
 
 import pytest
@@ -25,10 +24,11 @@ from ros_pose_stats_msgs.msg import JobStatus, Note
 
 from ros_pose_stats import estimate, simulate
 
-from ..harness.cell import latched
+from ..harness.cell import latched, publishers_of_parts
 from ..harness.client import RUNNING, is_farewell, until
 from ..harness.jobs import LONG, cancelled, finished, known_part, reached, start
 from ..harness.listed import recorded_of
+from ..harness.node import Running
 from ..harness.parts import (
     WEDGE,
     counts,
@@ -50,12 +50,6 @@ node.create_subscription(PoseStatistics, sys.argv[2], lambda message: print(
         depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL))
 rclpy.spin(node)
 """
-
-
-def publishers(client):
-    """Publishers of single parts; one more is there from the start."""
-    topic = f"{client.prefix}/pose_statistics"
-    return len(client.node.get_publishers_info_by_topic(topic)) - 1
 
 
 def test_a_subscriber_hears_it_once_and_last(cell, shared_node):
@@ -98,9 +92,9 @@ def test_a_subscriber_hears_it_once_and_last(cell, shared_node):
 def test_late_joiners_hear_nothing_and_its_publisher_goes(tuned):
     kept_part = known_part(tuned)
     forgotten_part = known_part(tuned)
-    until(lambda: publishers(tuned) == 2, "a publisher each")
+    until(lambda: publishers_of_parts(tuned) == 2, "a publisher each")
     tuned.good("forget_part", part_id=forgotten_part)
-    until(lambda: publishers(tuned) == 1, "the end of its publisher")
+    until(lambda: publishers_of_parts(tuned) == 1, "the end of its publisher")
     with tuned.late_joiner() as joiner:
         joiner.wait(kept_part)
         joiner.wait(known_part(tuned))
@@ -198,28 +192,18 @@ def test_parts_that_leave_memory_are_known_as_before(tuned):
 
 def test_a_subscriber_that_hangs_holds_up_nobody(domain, tuned):
     parts = [known_part(tuned) for _ in range(8)]
-    with subprocess.Popen(
-        [
-            sys.executable,
-            "-W",
-            "ignore",
-            "-c",
-            LISTENER,
-            str(domain),
-            f"{tuned.prefix}/pose_statistics",
-        ],
-        stdout=subprocess.PIPE,
-        text=True,
+    with Running(
+        *(sys.executable, "-W", "ignore", "-c", LISTENER),
+        *(domain, f"{tuned.prefix}/pose_statistics"),
     ) as hangs:
         heard = set()
         while not heard >= set(parts):
-            heard.add(hangs.stdout.readline().split()[0])
-        hangs.send_signal(signal.SIGSTOP)
+            heard.add(hangs.says("").strip())
+        hangs.process.send_signal(signal.SIGSTOP)
         with tuned.late_joiner() as listener:
             for part_id in parts:
                 listener.wait(part_id)
                 tuned.good("forget_part", part_id=part_id)
             for part_id in parts:
                 listener.wait(part_id, is_farewell)
-            until(lambda: publishers(tuned) == 0, "the publishers to go")
-        hangs.kill()
+            until(lambda: publishers_of_parts(tuned) == 0, "the publishers to go")

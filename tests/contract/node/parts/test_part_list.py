@@ -72,7 +72,9 @@ def lists(begin):
     with begin() as (_, client):
         for topic in ("parts", "pose_statistics"):
             name = f"{client.prefix}/{topic}"
-            (end,) = client.node.get_publishers_info_by_topic(name)
+            (end,) = until(
+                lambda name=name: client.node.get_publishers_info_by_topic(name), name
+            )
             assert end.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
             assert end.qos_profile.reliability == ReliabilityPolicy.RELIABLE
         listener = Listener(client)

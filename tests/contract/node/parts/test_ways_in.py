@@ -329,6 +329,9 @@ class TestTheCommand:
             part=flat((part.vertices, part.triangles), "late"),
             method="csae",
         ).statistics
+        results = MeshPublisher(
+            cell, "/late/pose_statistics", PoseStatistics, latched=True
+        )
         with Running(
             *COMMAND,
             "publish",
@@ -344,9 +347,6 @@ class TestTheCommand:
             "--json",
         ) as command:
             command.says("Publishing on until one answers", "stderr")
-            results = MeshPublisher(
-                cell, "/late/pose_statistics", PoseStatistics, latched=True
-            )
             until(
                 lambda: results.publish(shown) and command.process.poll() is not None,
                 "its end",
