@@ -98,8 +98,6 @@ def find_lookalikes(
     ------
     RequestError
         If the statistics are of another part, or the pixel has no size.
-    MeshError
-        If the part's surface is not closed, as that of every Part from a mesh is.
     """
     require_same_part(statistics, part)
     pixel_size = None if pixel is None else arrays.number_or_nan(pixel)

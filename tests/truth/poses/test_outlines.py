@@ -19,7 +19,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from manifold3d import Manifold
+from manifold3d import Manifold, Mesh64
 from matplotlib.path import Path
 from scipy.spatial.transform import Rotation
 
@@ -200,6 +200,53 @@ def test_bodies_that_reach_into_each_other_are_one():
     pose = resting_poses(part).poses[0]
     ((boundary,),) = outline_at(part, pose, 0.005)
     assert area_of(boundary) == pytest.approx(7e-4, rel=1e-6)
+
+
+def angle_of_fans(turn):
+    """An angle of sides 2, arms 1 wide, 1.5 high, whose ends are fans from a corner.
+
+    Not every corner sees all of the end: then triangles of the fan lie on each other.
+    """
+    corners = np.array([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], dtype=float)
+    corners = np.roll(corners, turn, axis=0)
+    count = len(corners)
+    k = np.arange(1, count - 1)
+    fan = np.stack((np.zeros_like(k), k, k + 1), axis=1)
+    begin = np.arange(count)
+    end = (begin + 1) % count
+    triangles = np.concatenate(
+        (
+            fan[:, ::-1],
+            fan + count,
+            np.stack((begin, end, end + count), axis=1),
+            np.stack((begin, end + count, begin + count), axis=1),
+        )
+    )
+    vertices = np.column_stack((np.tile(corners, (2, 1)), np.repeat([0.0, 1.5], count)))
+    return vertices, triangles
+
+
+@pytest.mark.parametrize("turn", range(6))
+def test_however_its_faces_are_cut_a_part_covers_the_same(turn):
+    part = part_from_mesh(*angle_of_fans(turn))
+    ends = [pose for pose in resting_poses(part).poses if abs(pose.down[2]) > 0.9]
+    assert len(ends) == 2
+    for pose in ends:
+        ((boundary,),) = outline_at(part, pose)
+        assert area_of(boundary) == pytest.approx(3.0, rel=1e-6)
+
+
+def test_a_finer_mesh_covers_the_same(block):
+    part, pose = block
+    mesh = Mesh64(
+        part.surface_vertices.copy(), part.surface_triangles.astype(np.uint64)
+    )
+    fine_part = part_from_mesh(*surface(Manifold(mesh).refine(12)), unit="m")
+    assert len(fine_part.triangles) > 100 * len(part.triangles)
+    (outline,) = outline_at(part, pose)
+    (fine_outline,) = outline_at(fine_part, pose)
+    for ring, fine_ring in zip(outline, fine_outline, strict=True):
+        assert area_of(fine_ring) == pytest.approx(area_of(ring), rel=1e-7)
 
 
 def test_what_is_no_height_part_or_pose_is_refused():
