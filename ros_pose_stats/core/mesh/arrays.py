@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...base.errors import MeshError
 from .. import tolerances
-from ..kernels.mesh import measures, nearness
+from ..kernels.mesh import connections, measures, nearness
 from ..records import Array, Index, Mask
 
 NOT_NUMBERS = (TypeError, ValueError, OverflowError)
@@ -96,7 +96,7 @@ def check_mesh(
         )
     corners = _indices(triangles, len(metres))
     with np.errstate(over="ignore"):
-        extent = float(np.ptp(remove_unused(metres, corners)[0], axis=0).max())
+        extent = extent_of(remove_unused(metres, corners)[0])
     if extent != 0.0 and not _SMALLEST_EXTENT < extent < _LARGEST_EXTENT:
         raise MeshError(
             f"an extent from {_SMALLEST_EXTENT:g} to {_LARGEST_EXTENT:g} m",
@@ -175,15 +175,13 @@ def weld(vertices: Array, triangles: Index) -> tuple[Array, Index]:
     extent = float((high - low).max())
     if extent == 0.0:
         return vertices[:1], triangles[:0]
-    has_coincident, representative = nearness.first_of_coincident(
+    representative = nearness.first_of_coincident(
         vertices, low, tolerances.WELD * extent
     )
-    if not has_coincident:
-        return remove_unused(vertices, remove_collapsed(triangles))
-    is_kept = representative == np.arange(len(vertices))
-    number = np.cumsum(is_kept) - 1
-    triangles = remove_collapsed(number[representative][triangles])
-    return remove_unused(vertices[is_kept], triangles)
+    kept, remaining = connections.merge_corners(representative, triangles)
+    if len(kept) == len(vertices) and len(remaining) == len(triangles):
+        return vertices, triangles
+    return vertices[kept], remaining
 
 
 def mask_of(rows: NDArray[Any], count: int) -> Mask:
@@ -210,6 +208,12 @@ def remove_unused(
     return vertices[is_used], (np.cumsum(is_used) - 1)[triangles]
 
 
+def extent_of(points: Array) -> float:
+    """Largest extent of points (N, 3) along an axis, N at least 1."""
+    low, high = measures.bounds(np.ascontiguousarray(points))
+    return float((high - low).max())
+
+
 def sort_triangles(triangles: Index) -> Index:
     """Triangles in the order of their corners, whatever order a modeller had."""
     lowest_corner = triangles.argmin(axis=1)[:, None]
@@ -224,9 +228,7 @@ def coordinate_rounding(vertices: ArrayLike, triangles: NDArray[np.uint32]) -> f
     mostly).
     """
     points = remove_unused(real_array(vertices), triangles)[0]
-    magnitude = float(np.abs(points).max())
-    if magnitude < float(np.finfo(np.float32).max) and np.array_equal(
-        points, points.astype(np.float32)
-    ):
+    magnitude, is_single = measures.coordinate_digits(np.ascontiguousarray(points))
+    if magnitude < float(np.finfo(np.float32).max) and is_single:
         return magnitude * 2.0**-24
     return magnitude * 2.0**-53

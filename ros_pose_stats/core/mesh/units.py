@@ -20,7 +20,7 @@ import numpy as np
 from ...base import errors, text
 from ..records import Array, Corners
 from ..records.notes import Note, note
-from .arrays import number_or_nan
+from . import arrays
 
 AUTO = "auto"  # the unit that asks for what the file names, else for the rule
 
@@ -62,7 +62,7 @@ def metres_per_unit(unit: str | float) -> float:
     """Metres of `m`, `mm`, `cm` or `inch` in any usual spelling, or of a number."""
     if isinstance(unit, str) and (name := unit_name(unit)) is not None:
         return METRES_PER_UNIT[name]
-    length = math.nan if isinstance(unit, (str, bool)) else number_or_nan(unit)
+    length = math.nan if isinstance(unit, (str, bool)) else arrays.number_or_nan(unit)
     if not 0.0 < length < math.inf:
         raise errors.RequestError(
             "a mesh unit of m, mm, cm, inch or a positive number of metres",
@@ -91,11 +91,11 @@ def extent_of(vertices: Array, triangles: Corners) -> float:
     corners = triangles.ravel()
     if not len(corners) or corners.min() < 0 or corners.max() >= len(vertices):
         return math.nan
-    points = vertices[corners]
+    points = arrays.remove_unused(vertices, triangles)[0]
     if not np.isfinite(points).all():
         return math.nan
     with np.errstate(over="ignore"):
-        return float(np.ptp(points, axis=0).max())
+        return arrays.extent_of(points)
 
 
 def missing_unit(

@@ -287,7 +287,7 @@ def corners_of_planes(normals: Array, distances: Array, corners_before: Array) -
     if len(new_corners):
         first_copies = nearness.first_of_coincident(
             new_corners, new_corners.min(axis=0), SAME_CORNER
-        )[1]
+        )
         new_corners = new_corners[np.unique(first_copies)]
     return np.ascontiguousarray(
         np.concatenate((corners_before[np.unique(nearest[is_old])], new_corners))

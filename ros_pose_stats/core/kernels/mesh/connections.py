@@ -200,3 +200,32 @@ def component_labels(count: int, pairs: FixedIndex2) -> Index:
         else:
             labels[i] = labels[lowest]
     return labels
+
+
+@entry_kernel
+def merge_corners(
+    representative: FixedIndex1, triangles: FixedIndex2
+) -> tuple[Index, Index]:
+    """Vertices (W,) that are left, rising, and triangles (U, 3) between them.
+
+    `representative` (V,): what each vertex is merged into. Triangles that collapse are
+    left out, and vertices of no other triangle with them.
+    """
+    number = np.full(representative.shape[0], -1, np.int64)
+    remaining = np.empty(triangles.shape, np.int64)
+    count = 0
+    for t in range(triangles.shape[0]):
+        a = representative[triangles[t, 0]]
+        b = representative[triangles[t, 1]]
+        c = representative[triangles[t, 2]]
+        if a != b and b != c and c != a:
+            remaining[count] = (a, b, c)
+            number[a] = number[b] = number[c] = 0
+            count += 1
+    kept = np.flatnonzero(number == 0)
+    for k in range(kept.shape[0]):
+        number[kept[k]] = k
+    for t in range(count):
+        for i in range(3):
+            remaining[t, i] = number[remaining[t, i]]
+    return kept, remaining[:count].copy()

@@ -23,7 +23,6 @@ from ..compilation import entry_kernel, kernel
 from ..vectors import area_vector, cross, dot, length, read_vector, triangle_at
 from .connections import triangle_neighbours
 
-
 FLAT = 1e-4
 """Angle in radians between triangles of one plane: float32 tilts small ones so far."""
 

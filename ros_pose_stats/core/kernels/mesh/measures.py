@@ -133,6 +133,18 @@ def bounds(points: Fixed2) -> tuple[Array, Array]:
 
 
 @entry_kernel
+def coordinate_digits(points: Fixed2) -> tuple[float, bool]:
+    """Largest coordinate but for its sign, and whether all are float32 numbers."""
+    largest = 0.0
+    is_single = True
+    for i in range(points.shape[0]):
+        for c in range(3):
+            largest = max(largest, abs(points[i, c]))
+            is_single = is_single and np.float32(points[i, c]) == points[i, c]
+    return largest, is_single
+
+
+@entry_kernel
 def thinness(points: Fixed2) -> float:
     """Smallest extent of points of size one over their longest line; 0 if flat.
 

@@ -108,10 +108,8 @@ def latest_point(cubes: Cubes, cube: Cube) -> int:
 
 
 @entry_kernel
-def first_of_coincident(
-    points: Fixed2, low: Fixed1, tolerance: float
-) -> tuple[bool, Index]:
-    """Whether points coincide, and the lowest number that each coincides with."""
+def first_of_coincident(points: Fixed2, low: Fixed1, tolerance: float) -> Index:
+    """Lowest number of the points that each point coincides with: its own, or less."""
     count = points.shape[0]
     cubes = new_cubes(count)
     first = np.arange(count)
@@ -130,11 +128,9 @@ def first_of_coincident(
                 points, cubes, first, i, own_cube, nearest, farthest, tolerance
             )
         insert_point(cubes, i, own_cube)
-    has_coincident = False
     for i in range(count):
         first[i] = find_representative(first, i)
-        has_coincident = has_coincident or first[i] != i
-    return has_coincident, first
+    return first
 
 
 @inlined
