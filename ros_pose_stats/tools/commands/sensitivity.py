@@ -131,6 +131,7 @@ def run(options: argparse.Namespace) -> int:
     check_options(options)
     picture = running.picture_file(options.png)
     hull = None if options.stl is None else running.output_file(options.stl, (".stl",))
+    from ...core.planning.auto import estimate
     from ...core.resting.poses import poses_in
     from ..design import changes, suggest
     from ..design.sensitivity import sensitivity
@@ -161,7 +162,7 @@ def run(options: argparse.Namespace) -> int:
             ),
             should_stop=is_interrupted,
             **keywords,
-        )
+        ).with_answer(estimate(part, **arguments.scene_keywords(options)))
         if options.suggest and not is_interrupted():
             suggestion = suggest.suggest(
                 part,
@@ -253,12 +254,12 @@ def sensitivity_table(sensitivity: "Sensitivity") -> list[str]:
 
 
 def target_table(sensitivity: "Sensitivity") -> list[str]:
-    """Lines: wanted and estimated shares, a class of poses each."""
+    """Lines: wanted shares and those of the part, a class of poses each."""
     goal = sensitivity.goal
     heads = [
         Column("poses", left=True),
         Column("wanted", "%"),
-        Column("by estimate", "%"),
+        Column("as it is", "%"),
     ]
     rows = [
         [

@@ -110,9 +110,9 @@ class Sensitivity:
     space: changes.DesignSpace
     goal: Goal
     scene: DropScene  # with the drop height in metres
-    method: str  # the estimator
-    accepted: feeding.Bounded  # how far the part as it is meets its goal, by estimate
-    class_shares: Array  # (C,); estimated share of each class of the goal
+    method: str  # that tells how far the part as it is meets its goal
+    accepted: feeding.Bounded  # how far it does
+    class_shares: Array  # (C,); share of each class of the goal
     # the change that is meant, metres; stretching is by the same share of the radius
     step: float
     effects: tuple[Effect, ...]  # the greatest first, by the estimate of their step
@@ -129,8 +129,15 @@ class Sensitivity:
 
     @property
     def share(self) -> float:
-        """Estimated share of the wanted poses, without its interval."""
+        """Share of the wanted poses, without its interval."""
         return self.accepted.value
+
+    def with_answer(self, answer: PoseStatistics) -> "Sensitivity":
+        """The same, but the part as it is by another answer than the estimate."""
+        accepted, class_shares = _part_as_it_is(self.goal, answer)
+        return replace(
+            self, method=answer.method, accepted=accepted, class_shares=class_shares
+        )
 
     @property
     def checked(self) -> list[tuple[Effect, paired_drops.PairedDifference]]:
@@ -348,14 +355,14 @@ def _sensitivity_of(
     """The answer, with the part as it is by the default estimate."""
     goal = model.goal
     estimate = estimate_in(model.space.part, model.scene, methods.AUTO)
-    pose_shares = pose_groups.pose_shares(estimate)
+    accepted, class_shares = _part_as_it_is(goal, estimate)
     return Sensitivity(
         model.space,
         goal,
         model.scene,
         estimate.method,
-        goal.estimated_fulfilment(pose_shares),
-        goal.class_shares(pose_shares.probability),
+        accepted,
+        class_shares,
         step_length,
         tuple(effects),
         drops,
@@ -363,6 +370,18 @@ def _sensitivity_of(
         time.perf_counter() - begin,
         (*estimate.warnings, *_warn_of_lookalikes(estimate, goal)),
     )
+
+
+def _part_as_it_is(
+    goal: Goal, statistics: PoseStatistics
+) -> tuple[feeding.Bounded, Array]:
+    """How far a part meets its goal, and the share of each class (C,)."""
+    shares = pose_groups.pose_shares(statistics)
+    if goal.has_shares:
+        accepted = goal.estimated_fulfilment(shares)
+    else:
+        accepted = feeding.share_of_poses(statistics, goal.wanted_poses)
+    return accepted, goal.class_shares(shares.probability)
 
 
 def _warn_of_lookalikes(estimate: PoseStatistics, goal: Goal) -> tuple[Note, ...]:

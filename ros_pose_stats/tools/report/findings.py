@@ -160,7 +160,7 @@ def investigate(
             feeder.wanted,
             **keywords,
             on_progress=lambda share: on_progress(share, "changes"),
-        )
+        ).with_answer(answer)
     return Findings(
         part,
         answer,

@@ -92,13 +92,16 @@ def test_a_part_has_one_answer_on_a_page(report, estimated):
         ]
     (best, *others) = sorted(totals.values(), key=lambda row: -row[0])
     text = page.text + unescape(page.source).replace("\xa0", " ")
-    for total, places in ((best, 2), *((total, 0) for total in others)):
+    # Card and two tables; the best, which is wanted, in the first box and the changes.
+    for total, places in ((best, 3), *((total, 0) for total in others)):
         share, low, high = 100.0 * total
         interval = f"{low:.1f} to {high:.1f} %"
         assert f"{share:.1f} % ({interval})" in page.text
         assert f"{share:.1f} %, 90 % interval {interval}" in text
         assert page.text.count(interval) == 3 + places
-    # Poses 0 and 1 are wanted: they are the commonest ones.
+    share, low, high = 100.0 * best
+    as_it_is = f"{share:.1f} % [{low:.1f} to {high:.1f} %] by {estimated['method']}"
+    assert f"As it is: wanted poses 0, 1: {as_it_is}." in page.text
     assert f"{100.0 * best[0]:.1f} % of the dropped parts lie in the" in page.text
 
 
