@@ -14,9 +14,9 @@
 
 import numpy as np
 
-from ..kernels.levels.equilibria import settle_on_stable
+from ..kernels.levels.equilibria import perturbed_shares, settle_on_stable
 from ..records import Array, Index
-from ..resting import convex_body, poses
+from ..resting import poses
 
 
 def normalize(weights: Array) -> Array:
@@ -82,6 +82,9 @@ as in the paper's Table I, and neither over- nor underestimates large faces (`py
 study table`)."""
 
 
+SMALLEST_SHARE = 1e-12  # of a face of a body; below it is rounding
+
+
 def qse(resting: poses.RestingPoses) -> Array:
     """Quasi-static estimator [26], section 4.B.
 
@@ -114,9 +117,9 @@ def pqse(resting: poses.RestingPoses) -> Array:
     equilibria = resting.equilibria
     surface = np.arange(resting.body.faces)
     surface[equilibria.faces] = resting.faces[resting.clusters.pose]
-    first_share = _redistribute(
-        resting.body, np.unique(surface, return_inverse=True)[1]
-    )
+    first_share = perturbed_shares(resting.body.arrays, surface, PQSE_SHARE)
+    # What rounding leaves to a face that gives all is no share that may be wrong.
+    first_share[first_share < SMALLEST_SHARE] = 0.0
     stable_share = settle_on_stable(
         first_share, equilibria.arrays.target, equilibria.arrays.share
     )
@@ -128,44 +131,6 @@ def nonlinear(share: Array) -> Array:
     c0, c1, c2, c3 = NQSE_COEFFICIENTS
     bend = c0 + share * (c1 + share * (c2 + share * c3))
     return np.maximum(share + share * (1.0 - share) * bend, 0.0)
-
-
-def _redistribute(body: convex_body.ConvexBody, surface: Index) -> Array:
-    arrays = body.arrays
-    angle_share = arrays.angle / arrays.angle.sum()
-    areas = np.bincount(surface, arrays.area)
-    relative_area = ((areas / areas.mean())[surface])[arrays.face]
-    giving_face = arrays.face[arrays.twin]
-    arcs = _arctangents(arrays.start / arrays.reach) + _arctangents(
-        arrays.stop / arrays.reach
-    )
-    flow = (
-        PQSE_SHARE * arcs / (4.0 * np.pi) * (relative_area - relative_area[arrays.twin])
-    )
-    flow = np.maximum(flow, 0.0)
-    outflow = np.bincount(giving_face, flow, body.faces)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        limit = np.where(outflow > angle_share, angle_share / outflow, 1.0)
-    flow *= limit[giving_face]
-    net_flow = np.bincount(arrays.face, flow, body.faces) - np.bincount(
-        giving_face, flow, body.faces
-    )
-    return np.asarray(np.maximum(angle_share + net_flow, 0.0))
-
-
-def _arctangents(values: Array) -> Array:
-    """Arctangents (n,) to 1e-15, rounded alike on every processor.
-
-    Three times atan x = 2 atan(x / (1 + sqrt(1 + x x))), then the Taylor series (DLMF
-    4.24.3).
-    """
-    for _ in range(3):
-        values = values / (1.0 + np.sqrt(1.0 + values * values))
-    square = values * values
-    series = np.zeros_like(values)
-    for odd in range(21, 0, -2):
-        series = 1.0 / odd - square * series
-    return 8.0 * values * series
 
 
 COMBINED_WEIGHT = 0.75

@@ -18,6 +18,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..kernels.body.standing import LEAN, faces_on_roll
+from ..kernels.features.curves import curves
 from ..kernels.principal_axes import is_kept, principal_axes
 from ..mesh.vectors import components_along, cross, length, lengths, scatter
 from ..records import Array, Index, Mask, Part
@@ -34,9 +35,6 @@ FEWEST_LOW = 3  # faces that a part which rolls by that stands on
 SAME_AXIS = 1e-3  # sine of the angle within which axes of runs are one
 LEVEL = 1e-4  # sine of the angle to the axis within which a facet is along it
 NEAR = 0.05  # share of its radius within which a facet is one of a round surface
-# Radians to a neighbour, from which on both are no facets of one curve.
-LARGEST_BEND = 0.4
-TINY = 1e-12  # a share, angle or weight that is as good as none
 
 
 def measure_axis_offsets(
@@ -74,67 +72,18 @@ def measure_curves(
 ) -> tuple[Array, Array]:
     """Share (P,) of curves in what leads to poses, and how far (P,) they lie across.
 
-    Rocking is a turn about the generators of a curve. It lasts, since narrow facets
-    take little of its energy and nothing turns it about another axis: a part does not
-    lie down where they stand on end. Curves of a full turn do not count there; no blow
-    makes a part turn about their axis. `inertia` (3, 3): over mass and squared radius;
-    `lowest` (P,) int: faces that poses rest on.
+    `inertia` (3, 3): over mass and squared radius; `lowest` (P,): faces that poses rest
+    on.
     """
-    arrays = body.arrays
-    first = body.arrays.face_start[:-1]
-    face = arrays.face
-    poses = len(lowest)
-    turn = lengths(arrays.normal[face] - arrays.normal[face[arrays.twin]])
-    curve = np.maximum(1.0 - np.square(turn / LARGEST_BEND), 0.0)
-    if not curve.any():
-        return np.zeros(poses), np.zeros(poses)
-    begin = body.points[arrays.corner]
-    edge = body.points[arrays.corner[arrays.twin]] - begin
-    size = lengths(edge)
-    edge /= size[:, None]
-    middle = np.add.reduceat(begin, first) / np.diff(arrays.face_start)[:, None]
-    lever = np.square((np.cross(middle, arrays.normal)[face] * edge).sum(axis=1))
-    edge_inertia = ((edge @ inertia) * edge).sum(axis=1)
-    # Half of the facet's width across the side.
-    half_width_squared = np.square(0.5 * arrays.area[face] / size)
-    contact = edge_inertia + np.square(arrays.distance[face]) + lever
-    smooth_length = curve * size
-    # Of the energy in a radian: each facet takes what a slam on a flat of its width
-    # takes.
-    curve *= np.maximum(
-        (contact - half_width_squared) / (contact + half_width_squared), TINY
-    ) ** (2.0 / np.maximum(turn, TINY))
-    on_full_turn = _on_full_turns(body)
-    angle = np.bincount(pose_of_face, arrays.angle, poses)
-    face_curve = np.where(
-        on_full_turn,
-        np.minimum.reduceat(curve, first),
-        np.maximum.reduceat(curve, first),
+    return curves(
+        body.points,
+        body.arrays,
+        inertia,
+        _on_full_turns(body),
+        pose_of_face,
+        lowest,
+        downs,
     )
-    share = np.bincount(pose_of_face, arrays.angle * face_curve, poses) / angle
-    curve[on_full_turn[face]] = 0.0
-    pose_curve = np.maximum.reduceat(curve, first)[lowest][pose_of_face]
-    face_weight = (
-        pose_curve
-        * arrays.angle
-        / np.maximum(np.add.reduceat(smooth_length, first), TINY)
-    )
-    weight = (
-        face_weight[face]
-        * smooth_length
-        * curve
-        * np.sqrt(lever / (edge_inertia + lever))
-    )
-    by_face = np.add.reduceat(
-        weight[:, None, None] * edge[:, :, None] * edge[:, None, :], first
-    )
-    tensor = np.zeros((poses, 3, 3))  # of each pose's own faces, and then of all others
-    np.add.at(tensor, pose_of_face, by_face)
-    tensor = tensor.sum(axis=0) - tensor
-    trace = np.maximum(np.trace(tensor, axis1=1, axis2=2), TINY)[:, None, None]
-    tensor = tensor @ tensor @ tensor / (trace * trace)  # where generators are parallel
-    crosswise = (downs[:, None, :] @ tensor @ downs[:, :, None])[:, 0, 0]
-    return share, crosswise / np.maximum(4.0 * np.pi - angle, TINY)
 
 
 def _on_full_turns(body: convex_body.ConvexBody) -> Mask:

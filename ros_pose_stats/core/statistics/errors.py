@@ -23,10 +23,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import betaincinv, ndtr
+from scipy.special import betaincinv
 
 from ...base.errors import RequestError
-from ..records import Array, Index, Mask
+from ..records import Array, Index
 
 
 def standard_errors(counts: ArrayLike, settled_drops: int) -> Array:
@@ -112,9 +112,6 @@ BOUND_NODES = np.geomspace(0.01, 12.0, 64)
 """Where a bound is looked for, in the largest standard deviation; between them it is
 straight."""
 
-STRIDE = 9
-"""Of these nodes every so many are tried first, then those between two of them."""
-
 
 def largest_error(
     deviation: ArrayLike,
@@ -144,36 +141,21 @@ def largest_errors(
     size: ArrayLike = 1,
 ) -> list[float]:
     """The same of several estimates, from their deviations (N, M, G)."""
+    # numba takes longer to load than all else, and intervals do not need it.
+    from ..kernels.error_bounds import bound_errors
+
     share = 1.0 / np.asarray(size, dtype=np.float64)
     spread = np.minimum(deviation, WIDEST_DEVIATION) * share
     center = np.broadcast_to(np.abs(np.asarray(offset) * share), spread.shape)
-    is_certain = np.asarray(np.all((spread <= 0.0) & (center <= 0.0), axis=1))[:, None]
-    scale = np.where(is_certain, 1.0, np.maximum(spread, np.finfo(float).tiny))
-    units = (~is_certain).sum(axis=2)
-    is_counted: Mask = np.arange(spread.shape[2]) < np.maximum(units - 1, 1)
-    bounds = BOUND_NODES * (center + spread).max(axis=(1, 2), initial=0.0)[:, None]
-
-    def probability_within(limits: Array) -> Array:
-        """Chance (N, L) that all errors are within each of some bounds (N, L)."""
-        edges = limits[:, :, None, None]
-        low = ndtr((-edges - center[:, None]) / scale[:, None])
-        high = ndtr((edges - center[:, None]) / scale[:, None])
-        probability = np.where(is_certain[:, None], 1.0, high - low)
-        probability.sort()
-        joint_probability = np.where(is_counted[:, None, None], probability, 1.0).prod(
-            axis=3
-        )
-        return np.asarray(joint_probability @ np.asarray(weight, dtype=np.float64))
-
-    strides = (probability_within(bounds[:, ::STRIDE]) <= level).sum(axis=1)
-    last_stride = (len(BOUND_NODES) - 1) // STRIDE - 1
-    first = STRIDE * np.minimum(np.maximum(strides - 1, 0), last_stride)
-    rows = np.arange(len(bounds))[:, None]
-    limits = bounds[rows, first[:, None] + np.arange(STRIDE + 1)]
-    return [
-        min(float(np.interp(level, *columns)), 1.0)
-        for columns in zip(probability_within(limits), limits, strict=True)
-    ]
+    widest = (center + spread).max(axis=(1, 2), initial=0.0)
+    bounds = bound_errors(
+        BOUND_NODES * widest[:, None],
+        np.ascontiguousarray(spread),
+        np.ascontiguousarray(center),
+        np.asarray(weight, dtype=np.float64),
+        level,
+    )
+    return [min(bound, 1.0) for bound in bounds.tolist()]
 
 
 CHECKPOINT_LEVEL = 0.92  # confidence asked for at each look, so that 90 % are left

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...tolerances import SAME_EDGE, TIP_MARGIN
-from ..array_types import Array, Fixed1, Fixed2, FixedIndex2, Index
+from ..array_types import Array, Fixed1, Fixed2, FixedIndex1, FixedIndex2, Index
 from ..body.convex_body import BodyArrays
 from ..body.descent import (
     basins,
@@ -34,6 +34,7 @@ from ..body.descent import (
     stable_face_below,
 )
 from ..compilation import entry_kernel, inlined, kernel
+from ..elementary import arctangent
 from ..vectors import Vec3, add, cross, divide, dot, length, point_at, scale, subtract
 from .merge_tree import MergeTree, merge_tree
 
@@ -68,6 +69,44 @@ def find_equilibria(points: Fixed2, body: BodyArrays) -> EquilibriumArrays:
 def settle_on_stable(initial: Fixed1, target: FixedIndex2, share: Fixed2) -> Array:
     """`settle_probabilities` for callers outside the kernels."""
     return settle_probabilities(initial, target, share)
+
+
+@entry_kernel
+def perturbed_shares(
+    body: BodyArrays, surface: FixedIndex1, moved_share: float
+) -> Array:
+    """Solid angles (F,) over their sum, after strips along all sides changed hands.
+
+    A side moves towards the face of the smaller surface; see `published.pqse`.
+    `surface` (F,): a number from 0 to F - 1 for each face, equal for those of one
+    surface.
+    """
+    faces = surface.shape[0]
+    area = np.zeros(faces)  # of surfaces
+    for face in range(faces):
+        area[surface[face]] += body.area[face]
+    mean_area = area.sum() / np.count_nonzero(area)
+    angle_share = body.angle / body.angle.sum()
+    flow = np.zeros(body.face.shape[0])  # to the face of a side, over it
+    outflow = np.zeros(faces)
+    for side in range(flow.shape[0]):
+        giving_face = body.face[body.twin[side]]
+        excess = area[surface[body.face[side]]] - area[surface[giving_face]]
+        if excess > 0.0:
+            reach = body.reach[side]
+            arc = arctangent(body.start[side], reach) + arctangent(
+                body.stop[side], reach
+            )
+            flow[side] = moved_share * arc / (4.0 * math.pi) * (excess / mean_area)
+            outflow[giving_face] += flow[side]
+    net_share = angle_share.copy()
+    for side in range(flow.shape[0]):
+        giving_face = body.face[body.twin[side]]
+        if outflow[giving_face] > angle_share[giving_face]:
+            flow[side] *= angle_share[giving_face] / outflow[giving_face]
+        net_share[body.face[side]] += flow[side]
+        net_share[giving_face] -= flow[side]
+    return np.maximum(net_share, 0.0)
 
 
 @kernel
