@@ -152,7 +152,11 @@ def expected_errors(
             else unknown_error(estimate)
             for name, estimate in zip(names, probability, strict=True)
         ]
-    chosen_fits = [fits[name] for name in names]
+    if fits is fitted.ERROR_FITS:
+        chosen_fits = _own_fits(tuple(names))
+    else:
+        chosen_fits = fitted.stack_fits([fits[name] for name in names])
+    scatters: list[float] = chosen_fits.scatter.tolist()
     answers = fitted.reference_answers(resting)
     measured_errors, extrapolation = _measured_errors(
         chosen_fits, resting, probability, scene, answers
@@ -177,14 +181,14 @@ def expected_errors(
     pose_errors = np.minimum(pose_errors, 1.0)
     rolling_means = _row_means(rolling)
     disagreement = float(np.ptp(answers, axis=0).max())
-    bounds = bound_pose_errors(pose_errors, resting.group, chosen_fits)
+    bounds = bound_pose_errors(pose_errors, resting.group, scatters)
     return [
         ExpectedError(
             min(part_errors[k], 1.0),
             math.sqrt(_usual_square(name, scene.restitution)),
             disagreement,
             pose_errors[k],
-            interval_reach(chosen_fits[k].scatter),
+            interval_reach(scatters[k]),
             bounds[k],
             extrapolation[k],
             rolling_means[k],
@@ -193,8 +197,14 @@ def expected_errors(
     ]
 
 
+@lru_cache
+def _own_fits(names: tuple[str, ...]) -> fitted.StackedFits:
+    """Fits of the package, one below the other."""
+    return fitted.stack_fits([fitted.ERROR_FITS[name] for name in names])
+
+
 def _measured_errors(
-    fits: Sequence[fitted.ErrorFit],
+    fits: fitted.StackedFits,
     resting: RestingPoses,
     probability: Array,
     scene: DropScene,
@@ -207,24 +217,21 @@ def _measured_errors(
     scale = fitted.error_scale(resting, probability, answers)
     poses = scale.shape[1]
     mean_scale = scale.sum(axis=1) / poses
-    distance = np.square(probability - answers[1]).sum(axis=1) / poses
-    errors = np.zeros(len(fits))
-    extrapolation = [0.0] * len(fits)
-    rows = np.flatnonzero(mean_scale > SYMMETRY_SCALE)
-    if not rows.size:
-        return errors, extrapolation
-    inputs = fitted.error_inputs(
-        resting, probability[rows], scene, answers, scale[rows]
+    is_open = mean_scale > SYMMETRY_SCALE
+    if not is_open.any():
+        return np.zeros(len(scale)), [0.0] * len(scale)
+    inputs = fits.lowest.copy()  # within the fit, where symmetry decides
+    inputs[is_open] = fitted.error_inputs(
+        resting, probability[is_open], scene, answers, scale[is_open]
     )
-    for row, row_inputs in zip(rows.tolist(), inputs, strict=True):
-        extrapolation[row] = fits[row].extrapolation(row_inputs)
-        square_error = max(
-            mean_scale[row] * math.exp(float(fits[row](row_inputs))),
-            SMALLEST_SHARE * distance[row],
-        )
-        growth = 1.0 + EXTRAPOLATION_GROWTH * extrapolation[row]
-        errors[row] = math.sqrt(square_error) * growth
-    return errors, extrapolation
+    logarithms, extrapolation = fits(inputs)
+    distance = np.square(probability - answers[1]).sum(axis=1) / poses
+    square_errors = np.maximum(
+        mean_scale * np.exp(logarithms), SMALLEST_SHARE * distance
+    )
+    growth = 1.0 + EXTRAPOLATION_GROWTH * extrapolation
+    errors = np.where(is_open, np.sqrt(square_errors) * growth, 0.0)
+    return errors, extrapolation.tolist()
 
 
 def _row_means(values: Array) -> list[float]:
@@ -271,13 +278,13 @@ def rolling_errors(resting: RestingPoses, probability: Array) -> Array:
 
 
 def bound_pose_errors(
-    errors: Array, group: Index, fits: Sequence[fitted.ErrorFit]
+    errors: Array, group: Index, scatters: Sequence[float]
 ) -> list[float]:
     """Bounds that errors (M, P) of poses keep together with 90 % confidence.
 
-    Poses of one `group` share their error.
+    Poses of one `group` share their error; `scatters` (M,) as in `ErrorFit`.
     """
-    mixtures = [scatter_mixture(fit.scatter) for fit in fits]
+    mixtures = [scatter_mixture(scatter) for scatter in scatters]
     factors = np.array([factor for _, factor in mixtures])
     unit_size = np.bincount(group)
     unit_errors = np.zeros((len(errors), unit_size.shape[0]))

@@ -17,7 +17,7 @@
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -89,15 +89,47 @@ class ErrorFit(NamedTuple):
     # the square error
     scatter: float
 
-    def __call__(self, inputs: Array) -> Array:
-        """Logarithm of the expected square error over the mean of `error_scale`."""
-        return self.network(np.minimum(np.maximum(inputs, self.lowest), self.highest))
 
-    def extrapolation(self, inputs: Array) -> float:
-        """How far inputs (K,) lie beyond the fit, in ranges of the input, summed."""
-        excess = np.maximum(inputs - self.highest, self.lowest - inputs)
+class StackedFits(NamedTuple):
+    """`ErrorFit` of M methods, with a row for each."""
+
+    lowest: Array  # (M, K)
+    highest: Array
+    scatter: Array  # (M,)
+    bias: Array  # of the networks, as the others
+    skip: Array
+    hidden_weights: Array
+    hidden_bias: Array
+    output_weights: Array
+
+    def __call__(self, inputs: Array) -> tuple[Array, Array]:
+        """Logarithms (M,) of the square errors over the means of `error_scale`.
+
+        How far the inputs (M, K) lie beyond those of the fits, too, in ranges of the
+        input, summed. Each method is computed as by itself, to the last bit.
+        """
+        nearest = np.minimum(np.maximum(inputs, self.lowest), self.highest)
         width = np.maximum(self.highest - self.lowest, SMALLEST_RANGE)
-        return float(np.maximum(excess / width, 0.0).sum())
+        excess = np.abs(inputs - nearest) / width
+        hidden = (nearest[:, None, :] @ self.hidden_weights)[:, 0, :]
+        hidden = np.tanh(hidden + self.hidden_bias)
+        logarithms = (
+            self.bias
+            + (nearest * self.skip).sum(axis=1)
+            + (hidden * self.output_weights).sum(axis=1)
+        )
+        return logarithms, excess.sum(axis=1)
+
+
+def stack_fits(fits: Sequence[ErrorFit]) -> StackedFits:
+    """Fits of several methods, one below the other."""
+    columns = zip(*(fit.network for fit in fits), strict=True)
+    return StackedFits(
+        np.array([fit.lowest for fit in fits]),
+        np.array([fit.highest for fit in fits]),
+        np.array([fit.scatter for fit in fits]),
+        *map(np.array, columns),
+    )
 
 
 with np.load(SPLIT_FILE) as _stored:

@@ -84,6 +84,8 @@ def curve_angle(resting: poses.RestingPoses) -> float:
         0.5 * lengths(arrays.normal[arrays.face] - arrays.normal[neighbour])
     )
     is_small = turn < tolerances.CURVED
+    if not is_small.any():
+        return 0.0
     is_narrow = arrays.inset < tolerances.NARROW * turn * arrays.distance[arrays.face]
     bent_faces = arrays.face[~is_small & (turn < tolerances.BENT)]
     lies_off_runs = body.run_of_face[resting.faces] < 0
