@@ -36,8 +36,8 @@ FLOORS = {
     "core": (
         {"tolerances"},
         {"records"},
-        {"kernels", "statistics"},
-        {"mesh"},
+        {"kernels"},
+        {"mesh", "statistics"},
         {"resting"},
         {"estimators", "simulation", "shapes"},
         {"planning", "plates"},

@@ -226,9 +226,8 @@ def _measured_errors(
     )
     logarithms, extrapolation = fits(inputs)
     distance = np.square(probability - answers[1]).sum(axis=1) / poses
-    square_errors = np.maximum(
-        mean_scale * np.exp(logarithms), SMALLEST_SHARE * distance
-    )
+    factors = [math.exp(logarithm) for logarithm in logarithms.tolist()]
+    square_errors = np.maximum(mean_scale * factors, SMALLEST_SHARE * distance)
     growth = 1.0 + EXTRAPOLATION_GROWTH * extrapolation
     errors = np.where(is_open, np.sqrt(square_errors) * growth, 0.0)
     return errors, extrapolation.tolist()

@@ -111,14 +111,11 @@ class StackedFits(NamedTuple):
         nearest = np.minimum(np.maximum(inputs, self.lowest), self.highest)
         width = np.maximum(self.highest - self.lowest, SMALLEST_RANGE)
         excess = np.abs(inputs - nearest) / width
-        hidden = (nearest[:, None, :] @ self.hidden_weights)[:, 0, :]
-        hidden = np.tanh(hidden + self.hidden_bias)
-        logarithms = (
-            self.bias
-            + (nearest * self.skip).sum(axis=1)
-            + (hidden * self.output_weights).sum(axis=1)
-        )
-        return logarithms, excess.sum(axis=1)
+        rows = nearest[:, None, :]
+        hidden = np.tanh(rows @ self.hidden_weights + self.hidden_bias[:, None, :])
+        skipped = (rows @ self.skip[:, :, None])[:, 0, 0]
+        output = (hidden @ self.output_weights[:, :, None])[:, 0, 0]
+        return self.bias + skipped + output, excess.sum(axis=1)
 
 
 def stack_fits(fits: Sequence[ErrorFit]) -> StackedFits:

@@ -19,7 +19,7 @@ E}, the other the solid angle of the faces that hold what lands on them, each ti
 exponential of a small neural network of the component's features
 (`kernels.split_features`), the body and the scene. The networks were fitted to drop
 simulations of many kinds of bodies (`fitted`). In the end odds fall with how far curves
-that a part rocks on lie across a pose (`resting.turns.curves`).
+that a part rocks on lie across a pose (`kernels.features.curves`).
 """
 
 from collections.abc import Sequence

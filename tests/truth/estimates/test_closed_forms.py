@@ -253,6 +253,17 @@ class TestPerturbed:
                 start[axis] + gain, rel=1e-12
             )
 
+    def test_a_face_that_gives_all_it_has_keeps_nothing(self):
+        """The narrowest of a plate; rounding leaves it a share in some places only,
+        and an error that moves the bound of all.
+        """
+        bounds = []
+        for seed in range(4):
+            statistics = estimate(turned(shapes.box(1.0, 1.1, 0.3), seed), "pqse")
+            assert values(statistics.poses, "probability")[-2:].tolist() == [0.0, 0.0]
+            bounds.append(statistics.largest_error)
+        assert bounds == pytest.approx(bounds[:1] * 4, rel=1e-9)
+
     @pytest.mark.parametrize("height", [0.2, 0.45, 2.0])
     def test_the_facets_of_one_rim_are_one_surface(self, height):
         """A cylinder: the strip along each rim is 0.4 times the difference of base and
