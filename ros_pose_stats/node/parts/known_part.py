@@ -19,7 +19,7 @@ import time
 import weakref
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from rclpy.serialization import deserialize_message, serialize_message
@@ -170,16 +170,6 @@ class KnownPart:
     def is_built(self) -> bool:
         """Whether the part itself is in memory."""
         return self.source.part is not None
-
-    def with_geometry(self, source: PartSource) -> "KnownPart":
-        """The same with another body, of which the node latches nothing."""
-        return replace(
-            self,
-            digest=source.get().digest,
-            source=source,
-            latched=None,
-            is_current=False,
-        )
 
     def retire(self) -> None:
         """Be no more what the name stands for, before the state loses the mesh.

@@ -237,15 +237,17 @@ class PartCounts:
 
     def _goes_on(self, tally: Tally, ground: Ground) -> bool:
         """Whether counts are of a ground, or only `round_sides` is new there."""
-        return tally.ground.plate == ground.plate and self._keep_numbers(
-            tally.ground.numbering, ground.numbering
+        return tally.ground.plate == ground.plate and bool(
+            self._keeps_numbers(tally.ground.numbering, ground.numbering)
         )
 
-    def _keep_numbers(self, numbering: Numbering, other: Numbering) -> bool:
-        """Whether poses have the same numbers under both, as far as is known."""
-        return numbering == other or self._are_alike.get(
-            frozenset((numbering, other)), False
-        )
+    def _keeps_numbers(self, numbering: Numbering, other: Numbering) -> bool | None:
+        """Whether poses have equal numbers under both; None where the part must say."""
+        if numbering == other:
+            return True
+        if numbering.cluster_tolerance != other.cluster_tolerance:
+            return False
+        return self._are_alike.get(frozenset((numbering, other)))
 
     def other_numberings(self, numbering: Numbering) -> list[Numbering]:
         """Numberings that the part has to compare with this one, and has not yet."""
@@ -258,26 +260,21 @@ class PartCounts:
             numberings.append(tally.ground.numbering)
         left_out = self._left_out()
         if left_out is not None:
-            numberings.append(
-                Numbering(left_out.cluster_tolerance, left_out.round_sides)
-            )
+            numberings.append(numbering_of(left_out))
         return [
             other
             for other in numberings
-            if other.cluster_tolerance == numbering.cluster_tolerance
-            and other != numbering
-            and frozenset((other, numbering)) not in self._are_alike
+            if self._keeps_numbers(other, numbering) is None
         ]
 
     def lack_comparison(self, result: PoseStatistics) -> bool:
         """Whether the part itself must say first how what was counted fits a result."""
-        numbering = numbering_of(result)
-        if self.other_numberings(numbering):
-            return True
-        tally = self.tally
-        return (
+        ground = self._ground_of(result)
+        others = self.other_numberings(ground.numbering)
+        tally = self.tally  # which may be back only now
+        return others != [] or (
             tally is not None
-            and self._goes_on(tally, self._ground_of(result))
+            and self._goes_on(tally, ground)
             and tally.total.size != len(result.poses)
         )
 
@@ -412,10 +409,8 @@ class PartCounts:
         left_out = self._left_out()
         if left_out is None:
             return ()
-        numbering = Numbering(left_out.cluster_tolerance, left_out.round_sides)
-        if not self._keep_numbers(numbering, ground.numbering):
-            return ()
-        return left_out.probability
+        keeps_numbers = self._keeps_numbers(numbering_of(left_out), ground.numbering)
+        return left_out.probability if keeps_numbers else ()
 
     def _left_out(self) -> "LeftOut | None":
         """What the fit of the present plate says of the part without its counts."""

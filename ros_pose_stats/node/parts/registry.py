@@ -18,6 +18,7 @@ Built parts leave memory before that, and are built again out of the state on de
 import itertools
 import threading
 from collections import OrderedDict
+from dataclasses import replace
 from functools import partial
 from weakref import WeakValueDictionary
 
@@ -135,12 +136,15 @@ class PartRegistry:
         return PartSource(self._built_parts, (part_id, content), rebuild)
 
     def shift(self, part: KnownPart, offset: Array) -> KnownPart:
-        """A built part with its centre of mass shifted, (3,) metres."""
-        key = part.part_id, part.content + offset.tobytes()
-        return part.with_geometry(
-            PartSource(
-                self._built_parts, key, lambda _: shift_center(part.geometry, offset)
-            )
+        """A built part with its centre shifted, (3,) metres; nothing of it is latched."""
+        source = PartSource(
+            self._built_parts,
+            (part.part_id, part.content + offset.tobytes()),
+            lambda _: shift_center(part.geometry, offset),
+        )
+        digest = source.get().digest
+        return replace(
+            part, digest=digest, source=source, latched=None, is_current=False
         )
 
     def has_room(self, part: KnownPart) -> bool:

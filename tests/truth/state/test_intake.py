@@ -315,6 +315,15 @@ def test_counts_that_may_not_fit_a_result_are_left_out_until_they_are_compared(
     assert counts.lack_comparison(message) == is_lacking
 
 
+def test_counts_that_are_in_the_state_alone_are_compared_too():
+    row = ("clamp", "", 0.0025, 0, "glass", np.ones(3, np.int64).tobytes(), 1)
+    state = Mock(get=lambda table, key: row if table == "counts" else None)
+    counts = PartCounts(
+        equipment_of(state=state, plate="glass", profile=None), "clamp", ""
+    )
+    assert counts.lack_comparison(result_of_tetrahedron())
+
+
 def test_counts_go_on_under_other_sides_once_the_part_has_compared_them():
     part = part_from_mesh(*TETRAHEDRON)
     counts, warn = counts_on(192)
