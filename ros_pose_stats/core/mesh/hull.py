@@ -55,11 +55,7 @@ class Facets(NamedTuple):
     neighbors: Corners  # (M, 3); triangle opposite to each corner
     equations: Array  # (M, 4); outward normal and offset of each triangle's plane
     volume: float
-
-    @property
-    def vertices(self) -> Index:
-        """Points on the hull, rising."""
-        return np.flatnonzero(mask_of(self.simplices, len(self.points)))
+    vertices: Index  # points on the hull, rising
 
 
 class Hull(NamedTuple):
@@ -103,7 +99,12 @@ def _facets(points: Array) -> Facets:
 
 def _copy_facets(points: Array, qhull: ConvexHull) -> Facets:
     return Facets(
-        points, qhull.simplices, qhull.neighbors, qhull.equations, float(qhull.volume)
+        points,
+        qhull.simplices,
+        qhull.neighbors,
+        qhull.equations,
+        float(qhull.volume),
+        np.flatnonzero(mask_of(qhull.simplices, len(points))),
     )
 
 

@@ -271,12 +271,15 @@ def pair_orbits(images: Index) -> Index:
 
 def _orbits(images: list[Index], labels: Index | None = None) -> Index:
     """Number (P,) of each pose's orbit by its first pose; `labels`: joined before."""
-    poses = len(images[0])
-    links = [np.column_stack((np.arange(poses), image)) for image in images]
+    targets = list(images)
     if labels is not None:
         first = np.unique(labels, return_index=True)[1]
-        links.append(np.column_stack((np.arange(poses), first[labels])))
-    return connections.component_labels(poses, np.concatenate(links))
+        targets.append(first[labels])
+    poses = len(images[0])
+    links = np.empty((len(targets), poses, 2), np.int64)
+    links[..., 0] = np.arange(poses)
+    links[..., 1] = targets
+    return connections.component_labels(poses, links.reshape(-1, 2))
 
 
 def _by_image(motions: Motions) -> dict[bytes, list[Array]]:
