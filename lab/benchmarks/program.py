@@ -25,8 +25,9 @@ BENCHMARKS = Page(
     "benchmarks.md",
     """# Benchmarks
 
-Written by `python -m lab.benchmarks.core --write`, and so by `lab.benchmarks.start`,
-`lab.benchmarks.drops`, `lab.benchmarks.part_rates`, `lab.benchmarks.rolls`,
+Written by `python -m lab.benchmarks.core --write`, and so by `lab.benchmarks.meshes`,
+`lab.benchmarks.start`, `lab.benchmarks.drops`, `lab.benchmarks.part_rates`,
+`lab.benchmarks.rolls`,
 `lab.training.expected_errors`, `lab.benchmarks.default_answer` and
 `lab.benchmarks.node`, from
 `docs/measured/numbers/*.json`; edits here are lost. The
@@ -38,6 +39,7 @@ linear algebra library wait for each other, which `OPENBLAS_NUM_THREADS=1` avoid
 """,
     (
         "core",
+        "meshes",
         "start",
         "drops",
         "part_rates",
