@@ -202,13 +202,21 @@ def test_bodies_that_reach_into_each_other_are_one():
     assert area_of(boundary) == pytest.approx(7e-4, rel=1e-6)
 
 
-def angle_of_fans(turn):
-    """An angle of sides 2, arms 1 wide, 1.5 high, whose ends are fans from a corner.
+ANGLE = (0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)
+SLOTTED = (
+    *((4, 0), (4, 5), (6, 5), (6, 0)),
+    *((10, 0), (10, 5), (10, 10), (5, 10), (0, 10), (0, 5), (0, 0)),
+)
+"""Corners of faces with a bay; some of the second are in between on its sides."""
 
-    Not every corner sees all of the end: then triangles of the fan lie on each other.
+
+def block_of_fans(face, turn):
+    """A block 1.5 high, whose ends are fans from a corner of theirs.
+
+    Not every corner sees all of the end: then triangles of the fan lie on each other,
+    and some without area may be in between.
     """
-    corners = np.array([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], dtype=float)
-    corners = np.roll(corners, turn, axis=0)
+    corners = np.roll(np.array(face, dtype=float), turn, axis=0)
     count = len(corners)
     k = np.arange(1, count - 1)
     fan = np.stack((np.zeros_like(k), k, k + 1), axis=1)
@@ -226,14 +234,20 @@ def angle_of_fans(turn):
     return vertices, triangles
 
 
-@pytest.mark.parametrize("turn", range(6))
-def test_however_its_faces_are_cut_a_part_covers_the_same(turn):
-    part = part_from_mesh(*angle_of_fans(turn))
+@pytest.mark.parametrize(
+    ("face", "area", "turn"),
+    [
+        *((ANGLE, 3.0, turn) for turn in range(len(ANGLE))),
+        *((SLOTTED, 90.0, turn) for turn in range(len(SLOTTED))),
+    ],
+)
+def test_however_its_faces_are_cut_a_part_covers_the_same(face, area, turn):
+    part = part_from_mesh(*block_of_fans(face, turn))
     ends = [pose for pose in resting_poses(part).poses if abs(pose.down[2]) > 0.9]
     assert len(ends) == 2
     for pose in ends:
         ((boundary,),) = outline_at(part, pose)
-        assert area_of(boundary) == pytest.approx(3.0, rel=1e-6)
+        assert area_of(boundary) == pytest.approx(area, rel=1e-6)
 
 
 def test_a_finer_mesh_covers_the_same(block):

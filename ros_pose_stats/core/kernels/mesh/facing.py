@@ -20,7 +20,16 @@ import numpy as np
 
 from ..array_types import Array, Fixed1, Fixed2, FixedIndex2, Index
 from ..compilation import entry_kernel, kernel
-from ..vectors import area_vector, cross, dot, length, read_vector, triangle_at
+from ..vectors import (
+    Vec3,
+    area_vector,
+    cross,
+    subtract,
+    dot,
+    length,
+    read_vector,
+    triangle_at,
+)
 from .connections import triangle_neighbours
 
 FLAT = 1e-4
@@ -32,7 +41,8 @@ def neighbours_across(points: Fixed2, triangles: FixedIndex2) -> tuple[Index, fl
     """Triangle (T, 3) across the side opposite to each vertex; -1 unless two meet.
 
     Behind it the share of the area that is folded: where a face with a bay was cut into
-    a fan from a corner that does not see all of it, triangles lie on each other.
+    a fan from a corner that does not see all of it, triangles lie on each other. Those
+    beside a needle are neighbours, too; where needles meet, nothing is known of them.
     """
     neighbours = triangle_neighbours(triangles)
     total = 0.0
@@ -40,14 +50,52 @@ def neighbours_across(points: Fixed2, triangles: FixedIndex2) -> tuple[Index, fl
     for t in range(triangles.shape[0]):
         own = area_vector(*triangle_at(points, triangles, t))
         total += length(own)
+        if _is_needle(points, triangles, t):
+            folded += _folded_beside(points, triangles, neighbours[t])
         for i in range(3):
             if neighbours[t, i] > t:
                 other = area_vector(*triangle_at(points, triangles, neighbours[t, i]))
-                across = cross(own, other)
-                along = dot(own, other)
-                if along < 0.0 and dot(across, across) < FLAT * FLAT * along * along:
-                    folded += min(length(own), length(other))
+                folded += _overlap(own, other)
     return neighbours, folded / total
+
+
+@kernel
+def _overlap(first: Vec3, second: Vec3) -> float:
+    """By how much two triangles lie on each other at most, by their area vectors."""
+    across = cross(first, second)
+    along = dot(first, second)
+    if along < 0.0 and dot(across, across) < FLAT * FLAT * along * along:
+        return min(length(first), length(second))
+    return 0.0
+
+
+@kernel
+def _is_needle(points: Array, triangles: Index, t: int) -> bool:
+    """Whether a triangle is so thin that rounding turns it about its length."""
+    first, second, third = triangle_at(points, triangles, t)
+    longest = max(
+        length(subtract(first, second)),
+        length(subtract(second, third)),
+        length(subtract(third, first)),
+    )
+    return length(area_vector(first, second, third)) < FLAT * longest * longest
+
+
+@kernel
+def _folded_beside(points: Array, triangles: Index, neighbours: Index) -> float:
+    """The area that is folded across a needle, or may be across several."""
+    folded = 0.0
+    for i in range(3):
+        for j in range(3):
+            if i == j or neighbours[i] < 0 or neighbours[j] < 0:
+                continue
+            first = area_vector(*triangle_at(points, triangles, neighbours[i]))
+            second = area_vector(*triangle_at(points, triangles, neighbours[j]))
+            if _is_needle(points, triangles, neighbours[i]):
+                folded += length(second)
+            else:
+                folded += 0.5 * _overlap(first, second)
+    return folded
 
 
 @entry_kernel
