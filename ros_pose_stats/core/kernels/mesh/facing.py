@@ -24,10 +24,10 @@ from ..vectors import (
     Vec3,
     area_vector,
     cross,
-    subtract,
     dot,
     length,
     read_vector,
+    subtract,
     triangle_at,
 )
 from .connections import triangle_neighbours
