@@ -70,8 +70,8 @@ def plates_text(results: PlateResults) -> str:
             f"parts, {COUNTED} counts of each of the "
             "five. `+ drops`: the same scenes, and in place of `split` the default "
             "answer, which drops the part as well until it is within two points of the "
-            "model. All others: each part predicted by a fit to all other ones with all "
-            "their counts, about what more counting can bring. Best scene: the scene "
+            "model. All others: each part predicted by a fit to all other ones with "
+            "all their counts, about what more counting can bring. Best scene: the scene "
             "of the grid with the least error, chosen by the very counts that judge "
             "it: about the best of one scene for all.",
             "",

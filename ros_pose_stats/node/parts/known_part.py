@@ -84,7 +84,7 @@ class PartSource:
         return self.unstored or self._built_parts.peek(self._key) or self._last()
 
     def get(self) -> Part:
-        """The part, once it is built: no work for a callback, unless it has the part."""
+        """The part, once built: no work for a callback, unless it has the part."""
         with self._lock:
             part = self.unstored or self._built_parts.get(self._key)
             if part is None:

@@ -136,7 +136,7 @@ class PartRegistry:
         return PartSource(self._built_parts, (part_id, content), rebuild)
 
     def shift(self, part: KnownPart, offset: Array) -> KnownPart:
-        """A built part with its centre shifted, (3,) metres; nothing of it is latched."""
+        """A built part with its centre shifted, (3,) metres; none of it is latched."""
         source = PartSource(
             self._built_parts,
             (part.part_id, part.content + offset.tobytes()),

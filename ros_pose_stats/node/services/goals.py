@@ -42,7 +42,7 @@ FEEDBACK_SECONDS = 0.1
 # For the transition that follows a cancel's callback, usually in 1 ms.
 CANCEL_SECONDS = 5.0
 MAX_PENDING = 1000
-RESULT_SECONDS = 900  # results can be asked for this long after the end
+RESULT_SECONDS = 60  # results can be asked for this long after the end, meshes kept
 
 
 class Work(Protocol):

@@ -124,8 +124,8 @@ def describe_verdict(
             for share in variant.shares
         )
         return (
-            f"{result.drops} drops of each show no difference of A and {variant_letter}: no "
-            f"share differs by more than {100.0 * bound:.1f} points"
+            f"{result.drops} drops of each show no difference of A and "
+            f"{variant_letter}: no share differs by more than {100.0 * bound:.1f} points"
         )
     if variant.feeder is None:
         poses = next(pose.poses for pose in variant.poses if pose.share is share)

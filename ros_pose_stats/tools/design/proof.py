@@ -32,8 +32,8 @@ FIRST_LOOK = 1000
 """Drops of each part that tell how many it takes."""
 
 KNOWN_GAIN = 0.0125
-"""Half of the widest interval at which the drops end. By then the standard error is half
-a point, so few are off by 1.5 points."""
+"""Half of the widest interval at which the drops end. By then the standard error is
+half a point, so few are off by 1.5 points."""
 
 NULL_CHANCE = 0.01
 """How often some step of an answer passes for one that changes something though none

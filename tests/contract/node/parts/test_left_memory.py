@@ -47,7 +47,7 @@ sys.exit(main())
 """A node that tells which threads build."""
 
 ROOM = 5_000
-"""Bytes: of several meshes like the wedge, and of no two of them once they are built."""
+"""Bytes: of several meshes like the wedge, and of no two of them once built."""
 
 
 @pytest.fixture
