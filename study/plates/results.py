@@ -71,9 +71,9 @@ def plates_text(results: PlateResults) -> str:
             "five. `+ drops`: the same scenes, and in place of `split` the default "
             "answer, which drops the part as well until it is within two points of the "
             "model. All others: each part predicted by a fit to all other ones with "
-            "all their counts, about what more counting can bring. Best scene: the scene "
-            "of the grid with the least error, chosen by the very counts that judge "
-            "it: about the best of one scene for all.",
+            "all their counts, about what more counting can bring. Best scene: the "
+            "scene of the grid with the least error, chosen by the very counts that "
+            "judge it: about the best of one scene for all.",
             "",
             markdown_table(
                 ("plate", *METHODS, "told", "told / true", "default's probability"),

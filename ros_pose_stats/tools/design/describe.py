@@ -125,7 +125,8 @@ def describe_verdict(
         )
         return (
             f"{result.drops} drops of each show no difference of A and "
-            f"{variant_letter}: no share differs by more than {100.0 * bound:.1f} points"
+            f"{variant_letter}: no share differs by more than "
+            f"{100.0 * bound:.1f} points"
         )
     if variant.feeder is None:
         poses = next(pose.poses for pose in variant.poses if pose.share is share)
