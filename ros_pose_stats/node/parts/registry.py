@@ -38,10 +38,11 @@ from ..recorder import JOB_EVENTS
 from ..refusals import Health
 from ..state import OF_PARTS, Change
 from .channel import LATCHED, NO_EVENTS, Channel
-from .known_part import Commons, KnownPart, PartKey, PartSource
+from .known_part import Commons, KnownPart
 from .markers import markers_of
 from .part_builder import PartBuilder
 from .part_list import PartListing
+from .part_source import PartKey, PartSource
 
 NUMBERED = 1024  # forgotten parts whose revisions go on where they come again
 REFUSED = 1024  # meshes whose refusals are remembered

@@ -18,7 +18,8 @@ from unittest.mock import Mock
 from ros_pose_stats.node.equipment import Equipment
 from ros_pose_stats.node.memory import Memory
 from ros_pose_stats.node.parts.channel import Channel
-from ros_pose_stats.node.parts.known_part import Commons, KnownPart, PartSource
+from ros_pose_stats.node.parts.known_part import Commons, KnownPart
+from ros_pose_stats.node.parts.part_source import PartSource
 
 NODE_SCENE = (-1.0, -1.0)  # of a part that has no scene of its own
 
