@@ -10,7 +10,6 @@
 # ANY KIND, either express or implied. See the License for the specific language
 # governing permissions and limitations under the License.
 
-
 """Large meshes with small hulls, and files beside `trimesh.poses`.
 
 python -m lab.benchmarks.meshes [FILE|FOLDER ...] [--write]

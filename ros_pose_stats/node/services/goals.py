@@ -42,7 +42,9 @@ FEEDBACK_SECONDS = 0.1
 # For the transition that follows a cancel's callback, usually in 1 ms.
 CANCEL_SECONDS = 5.0
 MAX_PENDING = 1000
-RESULT_SECONDS = 60  # results can be asked for this long after the end, meshes kept
+# Results can be asked for this long after the end, and take memory as long, as do the
+# meshes of their requests.
+RESULT_SECONDS = 60
 
 
 class Work(Protocol):

@@ -94,7 +94,7 @@ def _folded_beside(points: Array, triangles: Index, neighbours: Index) -> float:
             if _is_needle(points, triangles, neighbours[i]):
                 folded += length(second)
             else:
-                folded += 0.5 * _overlap(first, second)
+                folded += 0.5 * _overlap(first, second)  # each pair comes twice
     return folded
 
 
