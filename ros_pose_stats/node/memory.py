@@ -59,6 +59,12 @@ class Memory(Generic[K, V]):
             self._note_weight(key, weight)
             self._shrink()
 
+    def drop(self, concerns: Callable[[K], bool]) -> None:
+        """Forget the values of the keys that a question concerns."""
+        with self._lock:
+            for key in [key for key in self._values if concerns(key)]:
+                self._forget(key)
+
     def weigh(self, turn: int, turns: int) -> None:
         """Weigh one of so many values again, which may have grown; others in turn."""
         with self._lock:
@@ -81,5 +87,8 @@ class Memory(Generic[K, V]):
 
     def _shrink(self) -> None:
         while self._sum > self._bound and len(self._values) > 1:
-            key, _ = self._values.popitem(last=False)
-            self._sum -= self._weights.pop(key)
+            self._forget(next(iter(self._values)))
+
+    def _forget(self, key: K) -> None:
+        del self._values[key]
+        self._sum -= self._weights.pop(key)

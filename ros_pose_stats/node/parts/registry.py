@@ -68,7 +68,7 @@ class PartRegistry:
         self._used_ids: set[str] = set()
         self._uses = itertools.count(1)
         self._lock = threading.Lock()
-        # also after another mesh of the same name has come
+        # of present meshes, and what they were shifted to
         self._built_parts: Memory[PartKey, Part] = Memory(
             self._settings().max_part_bytes, memory_bytes
         )
@@ -250,7 +250,7 @@ class PartRegistry:
                 previous.introduce()
                 if previous.digest != part.digest:
                     changes += previous.counts.removal()
-                previous.retire()
+                self._retire(previous)
             part.change = self._state.put_mesh(part.part_id, message, *changes)
             part.introduce()
             part.is_current = True
@@ -351,13 +351,18 @@ class PartRegistry:
             self._equipment.recorder.record(JOB_EVENTS, serialize_message(event))
             channel.latched_revision = channel.newest_revision
             self._forgotten_channels.put(part_id, channel)
-            part.retire()
+            self._retire(part)
             with self._lock:
                 self._parts.pop(part_id, None)
                 self._closing_channels.append(channel)
             return self._state.put(
                 *(Change(table, part_id, None) for table in OF_PARTS)
             )
+
+    def _retire(self, part: KnownPart) -> None:
+        """Have a part, shifted or not, leave memory; who works on it keeps it."""
+        part.retire()
+        self._built_parts.drop(lambda key: key[0] == part.part_id)
 
     # All parts together.
 

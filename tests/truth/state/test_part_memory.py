@@ -160,6 +160,25 @@ def test_a_part_that_leaves_memory_is_freed(registry_of):
     assert reference() is None
 
 
+@pytest.mark.parametrize(
+    "unname",
+    [
+        lambda registry, part: known_part(registry, scaled(1.1), part.part_id),
+        lambda registry, part: registry.forget(part),
+    ],
+    ids=["another mesh", "forgotten"],
+)
+def test_a_part_whose_name_is_gone_leaves_memory(registry_of, unname):
+    registry = registry_of(10**7)
+    part = known_part(registry, WEDGE, "part")
+    shifted = registry.shift(part, np.array([0.0, 0.0, 1e-4]))
+    references = [weakref.ref(each.geometry) for each in (part, shifted)]
+    unname(registry, part)
+    del part, shifted
+    gc.collect()
+    assert [reference() for reference in references] == [None, None]
+
+
 def test_what_a_part_grows_by_counts(registry_of):
     first_surface, second_surface = fine_box(1000), scaled(1.1)
     registry = registry_of(3 * memory_bytes(used_part(fine_box(1000))) // 2)
