@@ -77,8 +77,7 @@ def register(commands: arguments.Commands) -> None:
     arguments.add_options(
         command,
         "--seed",
-        help="the same seed gives the same drops and flips (default: 1, as `estimate`; "
-        "with --watch a fresh one)",
+        help="the same seed gives the same drops and flips (default: 1, as `estimate`)",
     )
     arguments.add_options(command, *arguments.SCENE_OPTIONS)
 

@@ -21,7 +21,7 @@ from ...base.errors import RequestError
 from ...base.files import write_file
 from ...base.text import Column, columns, name_poses, points, ranges
 from ...core.records.notes import note_lines
-from ...core.records.scene import describe_scene
+from ...core.records.scene import DEFAULT_SEED, describe_scene
 from .terminal import arguments, running
 
 if TYPE_CHECKING:
@@ -107,8 +107,12 @@ def register(commands: arguments.Commands) -> None:
         "points (default: %(default)s)",
     )
     arguments.add_options(
-        command, *arguments.SCENE_OPTIONS, "--seed", "--workers", "--json"
+        command,
+        "--seed",
+        default=DEFAULT_SEED,
+        help="the same seed gives the same drops (default: %(default)s, as `estimate`)",
     )
+    arguments.add_options(command, *arguments.SCENE_OPTIONS, "--workers", "--json")
 
 
 def read_wanted_share(text: str) -> tuple[tuple[int, ...], float]:
@@ -131,7 +135,6 @@ def run(options: argparse.Namespace) -> int:
     check_options(options)
     picture = running.picture_file(options.png)
     hull = None if options.stl is None else running.output_file(options.stl, (".stl",))
-    from ...core.planning.auto import estimate
     from ...core.resting.poses import poses_in
     from ..design import changes, suggest
     from ..design.sensitivity import sensitivity
@@ -142,6 +145,7 @@ def run(options: argparse.Namespace) -> int:
         changes.check_reach("bound", options.within, body.radius)
     keywords = {
         **arguments.scene_keywords(options),
+        "seed": options.seed,
         "workers": options.workers,
         "drops": options.drops,
     }
@@ -156,19 +160,17 @@ def run(options: argparse.Namespace) -> int:
             wanted,
             step=options.step,
             checks=options.checks,
-            seed=options.seed,
             on_progress=lambda share: bar.draw(
                 share, f"{100.0 * share:.0f} %, changes"
             ),
             should_stop=is_interrupted,
             **keywords,
-        ).with_answer(estimate(part, **arguments.scene_keywords(options)))
+        )
         if options.suggest and not is_interrupted():
             suggestion = suggest.suggest(
                 part,
                 wanted,
                 options.within,
-                seed=effects.seed,
                 on_progress=lambda share: bar.draw(
                     share, f"{100.0 * share:.0f} %, suggestion"
                 ),

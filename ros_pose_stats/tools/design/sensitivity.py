@@ -26,10 +26,10 @@ from typing import Any
 
 import numpy as np
 
-from ...base import errors, methods, version
+from ...base import errors, version
 from ...base.text import points, several
 from ...core import tolerances
-from ...core.estimators import estimate_in
+from ...core.planning.auto import auto
 from ...core.records import Array, DropScene, Part, PoseStatistics
 from ...core.records.notes import Note
 from ...core.records.plain_values import with_units
@@ -37,7 +37,9 @@ from ...core.records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_RESTITUTION,
     DEFAULT_ROUND_SIDES,
+    DEFAULT_SEED,
 )
+from ...core.records.statistics import require_same_part
 from ...core.simulation.request import DropRequest, drop_request
 from ...core.statistics import feeding, pose_groups
 from . import alike, changes, describe, paired_drops, proof, shares
@@ -119,7 +121,7 @@ class Sensitivity:
     drops: int  # of the part before, and after each checked step
     seed: int
     seconds: float
-    # about the part, the estimate and the wanted poses
+    # of the answer, and about the wanted poses
     warnings: tuple[Note, ...] = ()
 
     @property
@@ -131,13 +133,6 @@ class Sensitivity:
     def share(self) -> float:
         """Share of the wanted poses, without its interval."""
         return self.accepted.value
-
-    def with_answer(self, answer: PoseStatistics) -> "Sensitivity":
-        """The same, but the part as it is by another answer than the estimate."""
-        accepted, class_shares = _part_as_it_is(self.goal, answer)
-        return replace(
-            self, method=answer.method, accepted=accepted, class_shares=class_shares
-        )
 
     @property
     def checked(self) -> list[tuple[Effect, paired_drops.PairedDifference]]:
@@ -271,10 +266,11 @@ def sensitivity(
     part: Part,
     wanted: Wanted,
     *,
+    answer: PoseStatistics | None = None,
     step: float | None = None,
     checks: int = CHECKS,
     drops: int = CHECK_DROPS,
-    seed: int | None = None,
+    seed: int = DEFAULT_SEED,
     restitution: float = DEFAULT_RESTITUTION,
     drop_height: float | None = None,
     cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
@@ -291,6 +287,8 @@ def sensitivity(
     wanted : sequence of int, or mapping
         Indices of the accepted poses; or the wanted share of each pose, as a mapping of
         an index, or of several that are taken together, to a fraction or per cent.
+    answer : PoseStatistics, optional
+        Of the part as it is, in this scene; default: that of `estimate`.
     step : float, optional
         Change that is meant, metres; default: a twentieth of the radius. Stretching is
         by the same share of the radius.
@@ -300,8 +298,8 @@ def sensitivity(
     drops : int
         The most of the part before, and after each checked step, from the same starts.
         They end where each gain is known to 1.25 points, 90 % intervals together.
-    seed : int, optional
-        Of the drops; the same one gives the same counts. Default: a fresh one.
+    seed : int
+        Of all drops, also those of the default answer, which is by the same seed.
     restitution, drop_height, cluster_tolerance, round_sides, workers
         As for `simulate`.
     on_progress : callable
@@ -312,8 +310,8 @@ def sensitivity(
     Raises
     ------
     RequestError
-        If a value is out of its range, there is no such pose, or the wanted shares are
-        not those of all poses with the sum 1 or 100.
+        If a value is out of its range, there is no such pose, the wanted shares are not
+        those of all poses with the sum 1 or 100, or the answer is of other poses.
     """
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
@@ -326,6 +324,21 @@ def sensitivity(
     model = shares.GoalModel(space, wanted)
     step_length = STEP * space.body.radius if step is None else step
     changes.check_reach("step", step_length, space.body.radius)
+    if answer is None:
+        answer = auto(
+            part,
+            seed=request.seed,
+            workers=request.workers,
+            should_stop=should_stop,
+            **asdict(scene),
+        )
+    require_same_part(answer, part)
+    if answer.numbering != scene.numbering.code(part.digest):
+        raise errors.RequestError(
+            "statistics of the part's poses in this scene",
+            "those of other poses",
+            "take the same cluster tolerance and round sides for both",
+        )
     effects = _find_effects(
         model,
         step_length,
@@ -341,34 +354,20 @@ def sensitivity(
         lambda share: on_progress(0.5 + 0.5 * share),
         should_stop,
     )
-    return _sensitivity_of(model, step_length, effects, drops_done, request.seed, begin)
-
-
-def _sensitivity_of(
-    model: shares.GoalModel,
-    step_length: float,
-    effects: list[Effect],
-    drops: int,
-    seed: int,
-    begin: float,
-) -> Sensitivity:
-    """The answer, with the part as it is by the default estimate."""
-    goal = model.goal
-    estimate = estimate_in(model.space.part, model.scene, methods.AUTO)
-    accepted, class_shares = _part_as_it_is(goal, estimate)
+    accepted, class_shares = _part_as_it_is(model.goal, answer)
     return Sensitivity(
-        model.space,
-        goal,
+        space,
+        model.goal,
         model.scene,
-        estimate.method,
+        answer.method,
         accepted,
         class_shares,
         step_length,
         tuple(effects),
-        drops,
-        seed,
+        drops_done,
+        request.seed,
         time.perf_counter() - begin,
-        (*estimate.warnings, *_warn_of_lookalikes(estimate, goal)),
+        (*answer.warnings, *_warn_of_lookalikes(answer, model.goal)),
     )
 
 
@@ -384,11 +383,11 @@ def _part_as_it_is(
     return accepted, goal.class_shares(shares.probability)
 
 
-def _warn_of_lookalikes(estimate: PoseStatistics, goal: Goal) -> tuple[Note, ...]:
+def _warn_of_lookalikes(answer: PoseStatistics, goal: Goal) -> tuple[Note, ...]:
     """Whoever wants shares of single poses knows that others look like them."""
     if goal.has_shares:
         return ()
-    return pose_groups.warn_of_lookalikes(estimate, goal.wanted_poses)
+    return pose_groups.warn_of_lookalikes(answer, goal.wanted_poses)
 
 
 def _check_effects(

@@ -32,6 +32,7 @@ from ...core.records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_RESTITUTION,
     DEFAULT_ROUND_SIDES,
+    DEFAULT_SEED,
 )
 from ...core.resting.convex_body import body_of
 from ...core.simulation.request import SEEDS, DropRequest, drop_request
@@ -138,7 +139,7 @@ def suggest(
     within: float,
     *,
     drops: int = sensitivity.CHECK_DROPS,
-    seed: int | None = None,
+    seed: int = DEFAULT_SEED,
     restitution: float = DEFAULT_RESTITUTION,
     drop_height: float | None = None,
     cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,

@@ -158,9 +158,10 @@ def investigate(
         changes = sensitivity(
             part,
             feeder.wanted,
+            answer=answer,
             **keywords,
             on_progress=lambda share: on_progress(share, "changes"),
-        ).with_answer(answer)
+        )
     return Findings(
         part,
         answer,

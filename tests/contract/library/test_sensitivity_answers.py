@@ -24,6 +24,7 @@ from ros_pose_stats import (
     part_from_mesh,
     resting_poses,
     sensitivity,
+    simulate,
     suggest,
 )
 from tests.running import refusal_of
@@ -58,6 +59,49 @@ def test_the_same_request_has_the_same_answer_whatever_the_workers(heavy):
     )
     assert plain(first) == plain(two)
     assert 0 < sum(effect.check is not None for effect in first.effects) <= 6
+
+
+@pytest.mark.parametrize("restitution", [0.5, 0.995])
+def test_the_part_as_it_is_has_the_default_answer(heavy, restitution):
+    """Also where drops hardly end, and it has a warning of its own."""
+    part, wanted_poses = heavy
+    default = estimate(part, restitution=restitution)
+    analysis = sensitivity(part, wanted_poses, checks=0, restitution=restitution)
+    poses = default.by_index
+    assert analysis.method == default.method
+    assert analysis.share == pytest.approx(
+        sum(poses[pose].probability for pose in wanted_poses)
+    )
+    assert analysis.warnings == default.warnings
+    assert (restitution == 0.5) != any(
+        warning.code == "TARGET_MISSED" for warning in analysis.warnings
+    )
+
+
+def test_equal_requests_have_equal_drops(heavy):
+    part, wanted_poses = heavy
+    first, second, seeded = (
+        sensitivity(part, wanted_poses, drops=100, **seed)
+        for seed in ({}, {}, {"seed": 1})
+    )
+    assert plain(first) == plain(second) == plain(seeded)
+    assert suggest(CUBE, list(range(6)), 1e-3, drops=10).seed == seeded.seed
+
+
+def test_another_answer_of_the_part_may_be_had(heavy):
+    part, wanted_poses = heavy
+    dropped = simulate(part, 300, seed=2)
+    analysis = sensitivity(part, wanted_poses, answer=dropped, checks=0)
+    count = sum(dropped.by_index[pose].count for pose in wanted_poses)
+    assert analysis.method == "simulation"
+    assert analysis.share == pytest.approx(count / 300)
+
+
+def test_an_answer_of_other_poses_is_refused(heavy):
+    part, wanted_poses = heavy
+    for other in (estimate(CUBE), estimate(part, cluster_tolerance=0.0)):
+        words = refusal_of(sensitivity, part, wanted_poses, answer=other)
+        assert "statistics of the part" in words
 
 
 def test_all_checks_are_from_the_same_starts(heavy):
@@ -161,9 +205,7 @@ def test_shares_may_be_in_per_cent_and_rounded(heavy):
         sensitivity(part, wanted, checks=0) for wanted in (thirds, fractions)
     )
     assert rounded.share == pytest.approx(exact.share, abs=1e-12)
-    probability = {
-        pose.index: pose.probability for pose in estimate(part, exact.method).poses
-    }
+    probability = {pose.index: pose.probability for pose in estimate(part).poses}
     shares = [sum(probability[pose] for pose in poses) for poses in thirds]
     assert exact.share == pytest.approx(
         1.0 - 0.5 * np.abs(np.array(shares) - 1 / 3).sum()
