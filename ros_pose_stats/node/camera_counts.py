@@ -222,11 +222,19 @@ class Cameras:
         self._state.commit()
         for counts in sound:
             part = self._parts.current(counts.part_id)
-            if part is not None:
-                part.introduce()
-            # As it was read, not as it came: ROS reads a text that lacks its closing
-            # zero byte, and other readers of bags do not.
-            self._recorder.record(POSE_COUNTS, serialization.serialize_message(counts))
+            record = partial(self._record, part, counts)
+            if part is None:
+                record()
+            else:
+                part.once_introduced(record)
+
+    def _record(self, part: KnownPart | None, counts: PoseCounts) -> None:
+        """Put counts on record, behind the mesh of their part."""
+        if part is not None:
+            part.introduce()
+        # As it was read, not as it came: ROS reads a text that lacks its closing zero
+        # byte, and other readers of bags do not.
+        self._recorder.record(POSE_COUNTS, serialization.serialize_message(counts))
 
     def _learn(self, counts: PoseCounts) -> None:
         """Learn from counts, or say why not."""

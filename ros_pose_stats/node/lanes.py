@@ -53,6 +53,7 @@ class Lane(IntEnum):
     OUTLINE = 3
     FIT = 4  # of plates, seconds each, and their writing
     FILE = 5  # meshes that are read from a file, in a process with bounds
+    RECORD = 6  # what is written down once a second, or after a mesh that is to be read
 
 
 class Rank(IntEnum):

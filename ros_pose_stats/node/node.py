@@ -28,7 +28,7 @@ from .answering_node import AnsweringNode
 from .camera_counts import Cameras
 from .equipment import Equipment
 from .jobs import Jobs, job_reports, queue, refinement, run
-from .lanes import Lanes
+from .lanes import Lane, Lanes, Rank, result_or_refusal
 from .messages.times import follow_clock, steady_timer, watch_clock
 from .participant import finish, join_ros
 from .parts import intake, part_builder
@@ -133,7 +133,7 @@ class PoseStatsNode(AnsweringNode):
         ]
         plate_fits.PlateFits(equipment, parts, self.table.use_plate)
         # Once a second: what was counted, the disk, and how the node is.
-        steady_timer(self, 1.0, self._write_down)
+        steady_timer(self, 1.0, self._have_written_down)
         publish_diagnostics(
             self,
             {
@@ -167,6 +167,11 @@ class PoseStatsNode(AnsweringNode):
         """Estimate known parts again, in the background."""
         self.parts.shrink()
         self.intake.show_all_again()
+
+    def _have_written_down(self) -> None:
+        """Wait until a lane has written down what is to be: that may need meshes."""
+        task = self.lanes.put(self._write_down, Rank.WHEN_IDLE, Lane.RECORD)
+        result_or_refusal(task)
 
     def _write_down(self) -> None:
         """Once a second: show what was counted, and have all on the disk."""

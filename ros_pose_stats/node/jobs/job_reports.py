@@ -133,13 +133,13 @@ class JobReports(JobListener):
         """Store the acceptance, on the disk before anybody hears of it; record it."""
         event = job_event(job, State.QUEUED)
         is_stored = self._state.commit(self._state.put(job_change(event)))
-        part = self._part_of(job)
-        if part is not None:
-            part.introduce()
         return self._recorder.record(JOB_EVENTS, serialize_message(event)) and is_stored
 
     def started(self, job: Job) -> None:
-        """Put the start on record."""
+        """Put the start on record, behind the mesh."""
+        part = job.find_part()
+        if part is not None:
+            part.introduce()
         self._log.debug(f"{job.job_id}: RUNNING: drops of '{job.part_id}'")
         event = job_event(job, State.RUNNING)
         self._recorder.record(JOB_EVENTS, serialize_message(event))

@@ -16,9 +16,10 @@ import copy
 import math
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, Future
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
@@ -33,6 +34,7 @@ from ...core.records.scene import DEFAULT_SEED, numbering_of
 from ...core.resting.poses import resting_poses
 from ...core.simulation.request import Watch, drop_request
 from ..equipment import Equipment
+from ..lanes import Lane, Rank, finished_future
 from ..memory import Memory
 from ..messages import part_requests, statistics_messages
 from ..recorder import PART_MESH, POSE_STATISTICS
@@ -48,6 +50,8 @@ from .part_results import (
     memory_of_results,
 )
 from .part_source import PartSource
+
+T = TypeVar("T")
 
 SECONDS_BETWEEN = 1.0  # a part that is being refined is published at most this often
 INTRODUCED = 4096  # meshes that are known to be in the bag
@@ -128,10 +132,7 @@ class KnownPart:
         Jobs may still be at work on it, or begin.
         """
         self.is_current = False
-        source = self.source
-        source.unstored = source.part
-        if source.unstored is None:
-            source.mesh = self._equipment.state.mesh(self.part_id)
+        self.source.detach()
 
     @property
     def can_be_drawn(self) -> bool:
@@ -433,20 +434,35 @@ class KnownPart:
             return message
         return self._equipment.warn_unrecorded(message)
 
+    def once_introduced(self, act: Callable[[], T]) -> Future[T]:
+        """Do what puts something of it on record, in a lane where the bag lacks the mesh.
+
+        To read that is no work for a callback.
+        """
+        lanes = self._equipment.lanes
+        if lanes.is_closed or self._is_introduced():
+            return finished_future(act())
+        return lanes.put(act, Rank.WHEN_IDLE, Lane.RECORD)
+
+    def _is_introduced(self) -> bool:
+        """Whether the bag has the mesh."""
+        key = self._equipment.recorder.bag, self.part_id, self.digest
+        return self.commons.introduced.get(key) is not None
+
     def introduce(self) -> None:
         """Record the mesh once a bag, and what is latched if it is not recorded yet."""
-        recorder = self._equipment.recorder
-        introduced = self.commons.introduced
-        if introduced.get((recorder.bag, self.part_id, self.digest)):
+        if self._is_introduced():
             return
+        recorder = self._equipment.recorder
         with self.lock:  # another thread may be at it
-            if introduced.get((recorder.bag, self.part_id, self.digest)):
+            if self._is_introduced():
                 return
-            message = self._equipment.state.mesh(self.part_id)
+            message = self.source.mesh()
             if message is None or not recorder.record(PART_MESH, message):
                 return
             # The bag may be a new one by now, and this its first record.
-            introduced.put((recorder.bag, self.part_id, self.digest), True)
+            key = recorder.bag, self.part_id, self.digest
+            self.commons.introduced.put(key, True)
             latched = self.latched
             if latched is not None and not latched.is_recorded:
                 latched.is_recorded = recorder.record(

@@ -15,9 +15,11 @@
 import threading
 import weakref
 from collections.abc import Callable
+from typing import BinaryIO
 
 from ...core.records import Part
 from ..memory import Memory
+from ..state import State
 
 PartKey = tuple[str, bytes]
 """The name of a part, and the digest of what makes it."""
@@ -31,15 +33,18 @@ class PartSource:
         built_parts: Memory[PartKey, Part],
         key: PartKey,
         build: "Callable[[PartSource], Part]",
+        state: State,
     ) -> None:
         self._built_parts = built_parts
         self._key = key
         self._build = build
-        self._lock = threading.Lock()
+        self._state = state
+        self._building = threading.Lock()
+        self._reading = threading.Lock()
         # a part that stays in memory, since the state has not its mesh, or has no more
         self.unstored: Part | None = None
-        # the mesh of one that was not in memory when the state lost it
-        self.mesh: bytes | None = None
+        # of the mesh, once the state is to lose it; closed with the last who has it
+        self._file: BinaryIO | None = None
         # the part that was there last, which who works on it may still have
         self._last: Callable[[], Part | None] = lambda: None
 
@@ -50,7 +55,7 @@ class PartSource:
 
     def get(self) -> Part:
         """The part, once built: no work for a callback, unless it has the part."""
-        with self._lock:
+        with self._building:
             part = self.unstored or self._built_parts.get(self._key)
             if part is None:
                 part = self._last() or self._build(self)
@@ -58,10 +63,26 @@ class PartSource:
             self._last = weakref.ref(part)
             return part
 
-    def release(self) -> None:
-        """Let memory decide from now on how long it has the part, weighed as it is."""
+    def mesh(self) -> bytes | None:
+        """The mesh as a message, out of a file: no work for a callback either."""
+        stored_mesh = self._state.mesh(self._key[0])
+        # Only now, since the state may just have lost it.
+        file = self._file
+        if file is None:
+            return stored_mesh
+        with self._reading:
+            file.seek(0)
+            return file.read()
+
+    def detach(self) -> None:
+        """Do without the state from now on, which is to lose the mesh; reads nothing."""
+        self.unstored = self.part
+        self._file = self._state.open_mesh(self._key[0])
+
+    def attach(self) -> None:
+        """Let memory decide how long it has the part: the state has the mesh now."""
         if self.unstored is not None:
             self._built_parts.put(self._key, self.unstored)
             self._last = weakref.ref(self.unstored)
             self.unstored = None
-        self.mesh = None
+        self._file = None

@@ -134,7 +134,8 @@ class PartRegistry:
     def _source(self, part_id: str, digest: str, content: bytes) -> PartSource:
         """Where a part comes from whose mesh the state has, or is to have."""
         rebuild = partial(self._rebuild, part_id, digest)
-        return PartSource(self._built_parts, (part_id, content), rebuild)
+        key = part_id, content
+        return PartSource(self._built_parts, key, rebuild, self._state)
 
     def shift(self, part: KnownPart, offset: Array) -> KnownPart:
         """A built part with its centre shifted, (3,) metres; none of it is latched."""
@@ -142,6 +143,7 @@ class PartRegistry:
             self._built_parts,
             (part.part_id, part.content + offset.tobytes()),
             lambda _: shift_center(part.geometry, offset),
+            self._state,
         )
         digest = source.get().digest
         return replace(
@@ -155,9 +157,7 @@ class PartRegistry:
     def _rebuild(self, part_id: str, digest: str, source: PartSource) -> Part:
         """Build a part out of the state; raises PoseStatsError."""
         name = part_requests.quote_text(part_id)
-        stored_mesh = self._state.mesh(part_id)
-        # Only now, since the state may just have lost it.
-        message = source.mesh or stored_mesh
+        message = source.mesh()
         if message is None:
             raise MeshError(
                 f"the mesh of {name} beside the state file",
@@ -254,7 +254,7 @@ class PartRegistry:
             part.change = self._state.put_mesh(part.part_id, message, *changes)
             part.introduce()
             part.is_current = True
-            part.source.release()
+            part.source.attach()
             with self._lock:
                 self._parts.pop(part.part_id, None)
                 self._parts[part.part_id] = part

@@ -13,6 +13,7 @@
 """Service callbacks: a request in, a response out, refusals as messages."""
 
 from concurrent.futures import Future, wait
+from functools import partial
 from typing import Any
 
 from ros_pose_stats_msgs import srv
@@ -167,7 +168,9 @@ class Services:
             message = _warn_of_shift(message, offset)
         if not sent_part.is_stored():
             message = self._equipment.warn_unrecorded(message)
-        message = sent_part.record(ANSWERS, message)
+        message = yield from result_of(
+            sent_part.once_introduced(partial(sent_part.record, ANSWERS, message))
+        )
         if not statistics_messages.is_recorded(message):
             response.code = Code.NOT_RECORDED
         response.statistics = message

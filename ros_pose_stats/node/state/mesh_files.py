@@ -21,6 +21,7 @@ import re
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
+from typing import BinaryIO
 
 from ...base import files
 
@@ -52,6 +53,14 @@ class MeshFiles:
             message = _sound_content(folder, name)
             if message is not None:
                 return message
+        return None
+
+    def open(self, name: str) -> BinaryIO | None:
+        """A file that can be read also once it is removed; None where there is none."""
+        if _NAME.fullmatch(name):
+            for folder in (self.folder, *self.older_folders):
+                with suppress(OSError):
+                    return files.open_file(folder / name)
         return None
 
     def has(self, name: str) -> bool:

@@ -18,7 +18,9 @@ import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
+from io import BytesIO
 from pathlib import Path
+from typing import BinaryIO
 
 from ...base import errors, files
 from . import mesh_files, tables
@@ -183,6 +185,14 @@ class State:
             return None
         _, message, name = row
         return self.meshes.read(name) if name else message
+
+    def open_mesh(self, part_id: str) -> BinaryIO | None:
+        """The mesh of a part, to be read also once the state has lost it."""
+        row = self.get("meshes", part_id)
+        if row is None:
+            return None
+        _, message, name = row
+        return self.meshes.open(name) if name else BytesIO(message)
 
     def close(self) -> bool:
         """Write what waits, and let go of the file; whether all of it is written."""

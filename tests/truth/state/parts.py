@@ -31,8 +31,9 @@ def equipment_of(lanes=None, state=None, node=None, **settings):
 
 
 def source_of(build):
-    """A source whose part stays in memory once it is built."""
-    return PartSource(Memory(1), ("clamp", b""), lambda _: build())
+    """A source whose part stays in memory once it is built, of a state without it."""
+    state = Mock(mesh=lambda part_id: None)
+    return PartSource(Memory(1), ("clamp", b""), lambda _: build(), state)
 
 
 def known_part(source, equipment=None, part_id="clamp"):

@@ -10,41 +10,51 @@
 # ANY KIND, either express or implied. See the License for the specific language
 # governing permissions and limitations under the License.
 
-"""Parts that have left memory: what needs them has them built where meshes are built.
+"""Parts that have left memory: their meshes are read and built in lanes alone.
 
-A callback that builds one keeps others waiting, and a lock with it.
+A callback that does so keeps others waiting, and a lock with it.
 """
+
+import shutil
 
 import pytest
 
+from ..harness.bags import bags_of, message_of, raw
 from ..harness.camera import counted, counting, learnt, lying, picture, seeing
-from ..harness.cell import MeshPublisher
+from ..harness.cell import MeshPublisher, latched
 from ..harness.client import until
 from ..harness.goals import Goals, planned
 from ..harness.jobs import finished, start
+from ..harness.listed import recorded_of
 from ..harness.parts import WEDGE, flat, new_id, scaled
 
 BUILT = "a part is built"
-OUTSIDE = f"{BUILT} outside of the lanes"
+READ = "a mesh is read"
+OUTSIDE = "outside of the lanes"
 
 WATCHED = f"""
 import sys, threading
 from ros_pose_stats.node.entry import main
 from ros_pose_stats.node.parts.part_builder import PartBuilder
+from ros_pose_stats.node.parts.part_source import PartSource
+from ros_pose_stats.node.state.store import State
 
-build = PartBuilder.build
+def watched(function, line):
+    def call(*arguments):
+        name = threading.current_thread().name
+        # The thread that is named so starts the node, and then waits for callbacks.
+        is_inside = name.endswith(" lane") or name.startswith(("jobs", "executor"))
+        print(line, "" if is_inside else f"{OUTSIDE}, in {{name}}", file=sys.stderr)
+        sys.stderr.flush()
+        return function(*arguments)
+    return call
 
-def build_watched(builder, request):
-    name = threading.current_thread().name
-    is_inside = name.endswith(" lane") or name.startswith("jobs")
-    print("{BUILT}" if is_inside else "{OUTSIDE}, in " + name, file=sys.stderr)
-    sys.stderr.flush()
-    return build(builder, request)
-
-PartBuilder.build = build_watched
+PartBuilder.build = watched(PartBuilder.build, "{BUILT}")
+PartSource.mesh = watched(PartSource.mesh, "{READ}")
+State.mesh = watched(State.mesh, "{READ}")
 sys.exit(main())
 """
-"""A node that tells which threads build."""
+"""A node that tells which threads build parts and read meshes."""
 
 ROOM = 5_000
 """Bytes: of several meshes like the wedge, and of no two of them once built."""
@@ -134,4 +144,55 @@ def test_no_callback_builds_a_part_that_has_left_memory(cramped):
         displace()
         question()
     node.stop()
+    assert OUTSIDE not in node.log
+
+
+def follow_meshes(node):
+    """Whether answers and counts of a part come behind its mesh in each bag."""
+    for bag in bags_of(node.log_directory):
+        introduced = set()
+        for topic, data in raw(bag):
+            kind = topic.rpartition("/")[2]
+            if kind not in ("part_mesh", "answers", "pose_counts"):
+                continue
+            part_id = message_of(topic, data).part_id
+            if kind == "part_mesh":
+                introduced.add(part_id)
+            elif part_id not in introduced:
+                return False
+    return True
+
+
+def test_no_callback_reads_the_mesh_of_a_part_of_an_earlier_run(node_of, client_of):
+    """It goes to the bag before an answer or a count does, and forgetting needs none."""
+    values = {
+        "program": ["-c", WATCHED],
+        "max_part_bytes": ROOM,
+        "default_method": "csae",
+    }
+    node = node_of(**values).ready()
+    client = client_of()
+    names = ["asked", "counted", "simulated", "forgotten", "displaced"]
+    for number, part_id in enumerate(names):
+        part = flat(scaled(1.0 + 0.1 * number), part_id)
+        client.good("estimate", part=part)
+    node.stop()
+
+    node = node_of(**values).ready()
+    client.good("estimate", part_id="asked")
+    camera = counting(client)
+    camera.publish(counted(latched(client, "counted"), [1]))
+    learnt(client, "counted", 1)
+    finished(client, start(client, "simulated", 100))
+    client.good("forget_part", part_id="forgotten")
+    for bag in bags_of(node.log_directory):
+        shutil.rmtree(bag)
+    camera.publish(counted(latched(client, "counted"), [1]))
+    learnt(client, "counted", 2)
+    until(lambda: recorded_of(node, "pose_counts", "counted"), "a count on record")
+    assert client.set(max_parts=1) == {}
+    until(lambda: len(client.good("get_statistics").statistics) == 1)
+    node.stop()
+    assert follow_meshes(node)
+    assert READ in node.log
     assert OUTSIDE not in node.log
