@@ -53,6 +53,11 @@ END_SECONDS = 120
 
 STARTS = "process_starts"
 
+TOGETHER = ("contract/pages/",)
+"""Folders, from that of `pytest.ini`, whose files show the same pages: these take ten
+seconds to make, and a browser to be shown.
+"""
+
 
 def _is_light(details):
     """Whether a process is one of Python's platform, or reads a file without numpy."""
@@ -99,6 +104,21 @@ def pytest_collection_modifyitems(items):
             item.add_marker(
                 pytest.mark.timeout(LONG_SECONDS if "long" in marks else NODE_SECONDS)
             )
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Files to workers, and those of a folder of `TOGETHER` to the same one."""
+    if config.getoption("dist") != "loadfile":
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    class LoadRoomScheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            file = super()._split_scope(nodeid)
+            return next(filter(file.startswith, TOGETHER), file)
+
+    return LoadRoomScheduling(config, log)
 
 
 @pytest.hookimpl(wrapper=True)
