@@ -28,7 +28,9 @@ def memory(pid, line):
 
 
 NICENESS = 10
-"""Of a process that builds; one that indexes a bag comes after it."""
+"""Of a process that builds, above that of its node; one that indexes a bag comes after
+it.
+"""
 
 
 def _numbers(pid):
@@ -46,10 +48,11 @@ def _ticks(pid):
 
 def _builders(pid):
     """Children of a node that build, or would."""
+    priority = os.getpriority(os.PRIO_PROCESS, pid) + NICENESS
     return [
         child
         for child in children(pid)
-        if (numbers := _numbers(child)) and int(numbers[16]) == NICENESS
+        if (numbers := _numbers(child)) and int(numbers[16]) == priority
     ]
 
 
