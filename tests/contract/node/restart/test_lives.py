@@ -165,14 +165,15 @@ def lives(begin, domain, folder):
             remembered.others = shown(guest), rows(guest), other_node.log
             for part_id in ("unwanted", "asked for", "first"):
                 guest.good("estimate", part=flat(fine_box(6000), part_id))
-        remembered.job_id = start(client, "own scene", LONG)
-        running_with_results(client, remembered.job_id)
-        remembered.bag = bags_of(folder)[1]
         camera.publish(counted(remembered.first["seen"], [0, 1]))
         until(
             lambda: len(recorded(folder, "pose_counts")) == 4,
             "the last count on record",
         )
+        # After all that waits: it takes whatever processors have left.
+        remembered.job_id = start(client, "own scene", LONG)
+        running_with_results(client, remembered.job_id)
+        remembered.bag = bags_of(folder)[1]
         client.good("forget_part", part_id="estimated")
         node.kill()
     return remembered
