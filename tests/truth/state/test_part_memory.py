@@ -13,9 +13,7 @@
 """What built parts take in memory is bounded; what leaves it is built again."""
 
 import gc
-import pickle
 import threading
-import tracemalloc
 import weakref
 from concurrent.futures import Future, ProcessPoolExecutor
 from multiprocessing import get_context
@@ -29,9 +27,9 @@ from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import ObservedParts, PoseStatistics, StablePose
 
 from lab.bodies.slow import ROUND
-from ros_pose_stats import estimate, part_from_mesh, simulate
+from ros_pose_stats import estimate, part_from_mesh
 from ros_pose_stats.base.errors import MeshError
-from ros_pose_stats.core.mesh.decimation import thin_out, visible_triangles
+from ros_pose_stats.core.mesh.decimation import thin_out
 from ros_pose_stats.core.records.part import memory_bytes
 from ros_pose_stats.core.records.scene import DropScene
 from ros_pose_stats.node import camera_counts
@@ -44,31 +42,11 @@ from ros_pose_stats.node.state import State
 from tests.contract.node.harness.parts import WEDGE, fine_box, scaled
 
 from .parts import NODE_SCENE, equipment_of
+from .weighing import sent_part, used_part, weigh
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore:module 'sre_:DeprecationWarning"  # of a parser that rclpy imports
 )
-
-PARTS = 3
-DRAWN = 1000
-
-
-def used_part(surface):
-    """A part with what a node prepares of it."""
-    part = part_from_mesh(*surface)
-    estimate(part, "split")
-    simulate(part, 20, seed=1)
-    visible_triangles(part, DRAWN)
-    return part
-
-
-def sent_part(surface):
-    """The same as it comes out of another process."""
-    part = used_part(surface)
-    twin, prepared = pickle.loads(pickle.dumps((part, part.all_prepared()), 5))
-    twin.keep_all(prepared)
-    return twin
-
 
 BODIES = {
     "wedge": (WEDGE, used_part),
@@ -76,24 +54,6 @@ BODIES = {
     "box out of a process": (fine_box(3000), sent_part),
     "ellipsoid out of one": (ROUND, sent_part),
 }
-
-
-def weigh(surface, make):
-    """Bytes of some parts as they are told, and as Python has counted them."""
-    make(surface)  # brings what all parts share
-    tracemalloc.start()
-    try:
-        gc.collect()
-        before = tracemalloc.get_traced_memory()[0]
-        parts = [
-            make((factor * surface[0], surface[1].copy()))
-            for factor in np.linspace(1.0, 1.1, PARTS)
-        ]
-        gc.collect()
-        taken = tracemalloc.get_traced_memory()[0] - before
-    finally:
-        tracemalloc.stop()
-    return sum(map(memory_bytes, parts)), taken
 
 
 def test_a_part_weighs_what_it_takes():
