@@ -16,7 +16,9 @@ itself.
 
 import atexit
 import os
+import signal
 import tempfile
+import time
 from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -37,6 +39,9 @@ from tests.contract.node.harness.jobs import finished, start
 from tests.contract.node.harness.parts import WEDGE, flat, new_id
 
 MEGABYTE = 2**20
+ENDINGS: list[float] = []
+"""Seconds that nodes of this program took to end after SIGTERM."""
+
 LONGEST_LINE = 2500
 """Characters of a refusal; it may name eight known parts."""
 
@@ -64,9 +69,22 @@ def tried_node(bags, **values):
     """
     with cell_of(domain(), bags, "tried", **values) as (node, client):
         yield node, client
+        if node.process.poll() is None:
+            end(node)
         node.assert_sound()
         strange = [ascii(line) for line in node.lines if not line.isprintable()]
         assert not strange, f"lines that no terminal shows: {strange[:3]}"
+
+
+def end(node):
+    """End a node by SIGTERM; seconds until it has, with status 0."""
+    begin = time.monotonic()
+    node.send(signal.SIGTERM)
+    status_at_end = node.ended()
+    seconds = time.monotonic() - begin
+    assert status_at_end == 0, f"it ended with status {status_at_end}"
+    ENDINGS.append(seconds)
+    return seconds
 
 
 def status(node, name):

@@ -61,6 +61,11 @@ TITLES = {
         "each attack meets a node of its own, with meshes of 2 MB where nothing else "
         "is said.",
     ),
+    "commands": (
+        "Commands",
+        "Files and words that are made to trouble a command: it answers or refuses in "
+        "one line, within 30 s of the processor and 1.5 GiB.",
+    ),
     "state": (
         "State",
         "Kills, full disks and damaged files: what was acknowledged is there after "
@@ -72,13 +77,15 @@ PAGE = Page(
     """# Reliability
 
 *This page is written by `python -m lab.trials.fuzz --write`, and so by
-`lab.trials.units`, `lab.trials.soak`, `lab.trials.attacks` and `lab.trials.state`, from
-what each of them stored in `docs/measured/numbers`. `python -m lab.trials` runs all of
-them in a short form. `python -m lab.trials.every_command FILE|FOLDER` runs every
+`lab.trials.units`, `lab.trials.soak`, `lab.trials.attacks`, `lab.trials.commands` and
+`lab.trials.state`, from what each of them stored in `docs/measured/numbers`. `python -m
+lab.trials` runs all of them in a short form. `python -m lab.trials.every_command FILE|FOLDER` runs every
 command about a part on files of one's own and prints what reaches standard error.*
 
-Broken is how many promises were not kept. The machines were shared, so times give an
-idea only.
+Broken is how many promises were not kept. Before is what an attack by hand saw in
+November 2026, before that was mended: each of its cases has a trial now, and its
+figures stand here as they were noted. The machines were shared, so times give an idea
+only.
 """,
     tuple(TITLES),
 )
@@ -135,17 +142,21 @@ class Setting(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """A name, what is done in a sentence, and the work."""
+    """A name, what is done in a sentence, and the work.
+
+    `before`: what was seen by hand in November 2026, before it was mended.
+    """
 
     name: str
     done: str
     work: Callable[[Setting], Outcome]
+    before: str = ""
 
 
-def trial(work: Callable[[Setting], Outcome]) -> Trial:
+def trial(work: Callable[[Setting], Outcome], before: str = "") -> Trial:
     """A trial named and described by its function."""
     done = " ".join((work.__doc__ or "").split())
-    return Trial(work.__name__.replace("_", " "), done.rstrip("."), work)
+    return Trial(work.__name__.replace("_", " "), done.rstrip("."), work, before)
 
 
 def program(
@@ -163,8 +174,9 @@ def program(
         "size": f"{size:g}",
         "seed": str(options.seed),
     }
+    has_before = any(entry.before for entry in trials)
     rows = [
-        _row(entry, size, options.seed)
+        _row(entry, size, options.seed, has_before)
         for entry in trials
         if not options.only or entry.name in options.only
     ]
@@ -204,7 +216,7 @@ def _parse(name: str, trials: Sequence[str], short: float) -> argparse.Namespace
     return options
 
 
-def _row(trial: Trial, size: float, seed: int) -> Row:
+def _row(trial: Trial, size: float, seed: int, has_before: bool) -> Row:
     """Try one; whatever it raises is a broken promise."""
     begin = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="trial_") as folder:
@@ -220,12 +232,14 @@ def _row(trial: Trial, size: float, seed: int) -> Row:
         if len(line) > 2 * LONGEST:
             line = f"{line[:LONGEST]} … {line[-LONGEST:]}"
         print(f"  BROKEN: {line}", flush=True)
+    before = {"before": trial.before} if has_before else {}
     return Row(
         trial.name,
         {
             "what is done": trial.done,
             "tries": outcome.tried,
             "broken": len(outcome.broken),
+            **before,
             "seen": outcome.seen.replace("|", "/"),
         },
     )

@@ -12,11 +12,14 @@
 
 """Command line of the attacks."""
 
-from ..frame import program
+from ..frame import program, trial
 from . import ending, fairness, files, memory, reading
 
 ATTACKS = (
-    memory.many_large_parts,
+    trial(
+        memory.many_large_parts,
+        "60 parts in a bound of 64 MB took 870 MB, and it held 430 of them",
+    ),
     memory.refused_goals,
     memory.waiting_requests,
     memory.a_flood_of_meshes,
@@ -27,7 +30,13 @@ ATTACKS = (
     ending.simulated_time_stands_still,
     files.a_clock_before_its_time,
     files.pipes_and_bombs_as_plates,
-    reading.small_files_that_stand_for_much,
+    trial(files.security_without_keys, "refused with advice about the restitution"),
+    trial(
+        reading.small_files_that_stand_for_much,
+        "STEP of 96 kB took 1.06 GB, of 600 kB all of 12 GB; 100,000 numbers of units "
+        "over 30 s",
+    ),
+    ending.ends_by_sigterm,
 )
 SHORT = 0.1
 

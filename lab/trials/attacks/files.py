@@ -13,15 +13,25 @@
 """Pipes, devices and bombs of YAML in the place of plates, and times that are none."""
 
 import os
-import signal
 import time
 
 from builtin_interfaces.msg import Time
 from rosgraph_msgs.msg import Clock
 
 from tests.contract.node.harness.client import until
+from tests.contract.node.harness.node import NodeProcess
 
-from ..cell import MEGABYTE, WEDGE, cell_of, domain, flat, new_id, status, tried_node
+from ..cell import (
+    MEGABYTE,
+    WEDGE,
+    cell_of,
+    domain,
+    end,
+    flat,
+    new_id,
+    status,
+    tried_node,
+)
 from ..frame import Outcome, Setting, judged
 
 SECONDS = 20.0
@@ -90,8 +100,7 @@ def a_clock_before_its_time(setting: Setting) -> Outcome:
             ).statistics.header.stamp.sec
 
         until(lambda: stamp() == 1234, "the clock")
-        node.send(signal.SIGTERM)
-        status_at_end = node.ended()
+        end(node)
         other_files = [
             line
             for line in node.lines
@@ -100,6 +109,31 @@ def a_clock_before_its_time(setting: Setting) -> Outcome:
     return judged(
         number,
         "answered at each, and with the next time that was one",
-        ended_well=status_at_end == 0,
         nothing_else_failed=not other_files,
+    )
+
+
+def security_without_keys(setting: Setting) -> Outcome:
+    """A start with ROS secured, without a keystore and with one that has no keys."""
+    keys = setting.folder / "keys"
+    (keys / "enclaves" / "pose_stats").mkdir(parents=True)
+    lines = []
+    statuses = []
+    for keystore in ("", str(keys)):
+        with NodeProcess(
+            setting.folder,
+            *("--enclave", "/pose_stats"),
+            environment={
+                "ROS_SECURITY_ENABLE": "true",
+                "ROS_SECURITY_STRATEGY": "Enforce",
+                "ROS_SECURITY_KEYSTORE": keystore,
+            },
+        ) as node:
+            statuses.append(node.ended())
+            lines.append(node.lines[-2])  # the last one says that this is the end
+    return judged(
+        len(lines),
+        f"status {statuses}: {' / '.join(line[:60] for line in lines)} …",
+        refused=statuses == [2, 2],
+        told_what_to_do=all("unset ROS_SECURITY_ENABLE" in line for line in lines),
     )

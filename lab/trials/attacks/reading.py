@@ -147,7 +147,7 @@ def step_texts(millions: float, seed: int) -> Iterator[tuple[str, str]]:
     for count in (300, max(600, length // 200)):
         places = [((12.0 * k, 0.0, 0.0), *UPRIGHT) for k in range(count)]
         yield f"assembly_{count}.step", step_assembly(Disc(5.0, 2.0), places)
-    numbers = ",".join(f"#{k}" for k in range(1, length // 5))
+    numbers = ",".join(f"#{k}" for k in range(1, length // 3))
     context = "UNIT_ASSIGNED_CONTEXT(("
     yield "units.step", whole.replace(context, f"{context}{numbers},")
     yield "statements.step", whole.replace("DATA;", "DATA;" + "#1=" * length)

@@ -12,11 +12,20 @@
 
 """Command line of the trials of the state."""
 
-from ..frame import program
+from ..frame import program, trial
 from . import damage, kills, owners, start
 
 TRIALS = (
-    kills.kills,
+    trial(
+        kills.kills,
+        "a start deleted every file of the folder of meshes, whoever had made it",
+    ),
+    trial(
+        owners.names_alike,
+        "two states shared a folder, and a start of one lost a part of the other; "
+        "under two names of a file two nodes ran, and 30 of 60 acknowledged parts "
+        "were lost",
+    ),
     kills.bags_that_go,
     kills.a_disk_that_is_full,
     damage.cut_files,

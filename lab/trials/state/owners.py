@@ -20,11 +20,13 @@ import shutil
 import sqlite3
 import subprocess
 import time
+from contextlib import ExitStack
 
 from ros_pose_stats.node.state.tables import sealed
 from tests.contract.node.harness.node import NodeProcess
-from tests.contract.node.harness.parts import flat
+from tests.contract.node.harness.parts import fine_box, flat, library_part
 
+from ..cell import cell_of, domain
 from ..frame import Outcome, Setting
 from .kills import small_disk, sound
 from .ledger import BOXES
@@ -93,6 +95,43 @@ def _refused(file, word):
         []
         if good
         else [f"status {status} on a file that should be refused ({word}): {log}"]
+    )
+
+
+def names_alike(setting: Setting) -> Outcome:
+    """Nodes whose states have names that differ in the ending alone, and one state
+    under two names.
+    """
+    folder = setting.folder
+    states = {name: folder / f"cell.{name}" for name in ("sqlite3", "db")}
+    surfaces = dict(zip(states, (fine_box(6000), fine_box(8000)), strict=True))
+
+    def begin(stack):
+        """Start both nodes; a client of each."""
+        clients = {}
+        for name, file in states.items():
+            cell = cell_of(domain(), folder / "bags", name, state_file=file)
+            _, clients[name] = stack.enter_context(cell)
+        return clients
+
+    with ExitStack() as stack:
+        for name, client in begin(stack).items():
+            client.good("estimate", part=flat(surfaces[name], "part"))
+    broken = []
+    with ExitStack() as stack:
+        for name, client in begin(stack).items():
+            answer = client.call("estimate", part_id="part", restitution=0.3)
+            digest = library_part(surfaces[name]).digest
+            if not answer.success or answer.statistics.part_digest != digest:
+                broken.append(f"the part of cell.{name} is lost: {answer.message}")
+        link = folder / "linked.sqlite3"
+        link.symlink_to(states["sqlite3"])
+        broken += _refused(link, "has in use")
+    link.unlink()
+    link.hardlink_to(states["sqlite3"])
+    broken += _refused(link, "hard links")
+    return Outcome(
+        4, broken, "each keeps its part; a second name is refused with what to do"
     )
 
 
