@@ -50,6 +50,10 @@ KICKS = 13
 """Part radii, and how many between them: below the lowest hardly a part leaves its
 pose, above the highest most come to rest as if dropped."""
 
+MOST_KICK_RADII = 1e6
+"""Part radii, above which a flip ends by chance alone, after some hundred thousand
+events."""
+
 SAME_DIRECTION = 2.0**-20  # to which directions are rounded before they are ordered
 
 
@@ -123,8 +127,8 @@ def count_flips(
     """Flip a part in a scene, out of each pose as requested; see `simulate_flips`."""
     begin = time.perf_counter()
     part.require_known_error("flips")
-    kick = check_kick(kick_height)
     body = drop_body.drop_body(part, scene)
+    kick = check_kick(kick_height, body.radius)
     poses = body.resting.poses
     request = drop_request(
         per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers
@@ -212,12 +216,14 @@ def flips_by_kick(
     return results
 
 
-def check_kick(kick_height: float) -> float:
-    """A kick height as a number."""
+def check_kick(kick_height: float, radius: float = math.inf) -> float:
+    """A kick height as a number; for a part of this radius, metres, where it is known."""
     kick = real_number("kick_height", kick_height)
-    if not 0.0 <= kick < math.inf:
+    highest = MOST_KICK_RADII * radius
+    if not 0.0 <= kick < math.inf or kick > highest:
+        bound = f" and at most {highest:.3g} m" if highest < math.inf else ""
         raise errors.RequestError(
-            "a kick height of 0 m or more",
+            f"a kick height of 0 m or more{bound}",
             f"{kick_height}",
             "half the part's radius flips most parts",
         )

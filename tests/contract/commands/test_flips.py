@@ -99,3 +99,4 @@ def test_counted_flips_that_are_none_are_refused(box, tmp_path, row, words):
 
 def test_refused_in_one_line(box):
     assert "kick height of 0 m or more" in refusal("flips", *box, "--kick", -1)
+    assert "of 0 m or more and at most " in refusal("flips", *box, "--kick", 1e99)
