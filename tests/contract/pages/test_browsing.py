@@ -48,6 +48,13 @@ CUT = """[...document.querySelectorAll('h1,h2,h3,p,dd,dt,button,pre,figcaption')
   .filter(e => e.getBoundingClientRect().right > innerWidth + 1)
   .map(e => e.textContent)"""
 
+BROKEN = """[...document.querySelectorAll('td small')].filter(e => {
+  const range = document.createRange();
+  range.selectNodeContents(e);
+  return new Set([...range.getClientRects()].map(box => box.top)).size > 1;
+}).map(e => e.textContent)"""
+"""Intervals in a table that are on several lines."""
+
 TEXTS = """(() => [...document.images]
   .filter(e => e.src.startsWith('data:image/svg')).map(e => {
   const source = atob(e.src.split(',')[1]);
@@ -120,7 +127,7 @@ def test_a_page_asks_for_nothing_and_is_no_wider_than_the_window(
         line for line in browser.complaints if not any(w in line for w in HARMLESS)
     ] == []
     assert browser.evaluate("document.documentElement.scrollWidth") <= width
-    assert browser.evaluate(CUT) == []
+    assert browser.evaluate(CUT) == browser.evaluate(BROKEN) == []
     assert browser.evaluate(
         "[...document.images].every(e => e.complete && e.naturalWidth > 0)"
     )
