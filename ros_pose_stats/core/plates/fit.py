@@ -115,8 +115,11 @@ class PlateFit:
 
     @property
     def is_better(self) -> bool:
-        """Whether the parts are predicted better by each other than by the default."""
-        return self.plate_error < self.default_error
+        """Whether the parts are predicted better by each other than by the default.
+
+        Where one stands out nobody knows: its error is most of both.
+        """
+        return self.strange_part is None and self.plate_error < self.default_error
 
     @property
     def strange_part(self) -> PartEvidence | None:
@@ -149,6 +152,8 @@ class PlateFit:
         advice = "do not use it: the default is as good"
         if self.is_better:
             advice = "use it"
+        elif self.plate_error < self.default_error:
+            advice = "do not use it before that"
         return (
             f"{warning}{advice} (expected error on another part {fitted_points} "
             f"points, by the default {default_points})"

@@ -115,6 +115,9 @@ def test_a_part_that_was_counted_wrongly_stands_out(folder):
     )
     fit_ = fit(wrong)
     assert fit_["stands_out"] == "a" and fit_["verdict"].startswith("a stands out, ")
+    # Both errors are mostly of this part, so neither tells which is better.
+    assert fit_["plate_error"] < fit_["default_error"] and not fit_["use"]
+    assert "; do not use it before that (expected" in fit_["verdict"]
     errors = {part["part_id"]: part["left_out_error"] for part in fit_["evidence"]}
     assert errors["a"] == max(errors.values()) > 0.1
 
