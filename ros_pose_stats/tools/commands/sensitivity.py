@@ -276,6 +276,8 @@ def target_table(sensitivity: "Sensitivity") -> list[str]:
 
 def effects_table(sensitivity: "Sensitivity") -> list[str]:
     """Lines: the checked steps, a row each, and how they were checked."""
+    from ..design import describe
+
     heads = [
         Column("step", left=True),
         Column("alike"),
@@ -293,6 +295,7 @@ def effects_table(sensitivity: "Sensitivity") -> list[str]:
         *columns(heads, rows),
         f"{sensitivity.drops} drops of the part before and after from the same starts, "
         f"seed {sensitivity.seed}; the intervals hold together",
+        describe.SURE,
     ]
 
 

@@ -30,6 +30,9 @@ JUDGED = (
 
 CONTRADICTED = "drops contradict the estimate"
 UNSURE = "not sure"
+SURE = (
+    "a gain is sure where chance alone shows one in at most one answer of two hundred"
+)
 
 
 def name_step(space: changes.DesignSpace, number: int, step: float) -> str:

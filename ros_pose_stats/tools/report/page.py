@@ -245,6 +245,7 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
             for effect, check in sensitivities.checked
         ],
         "judged": describe.JUDGED,
+        "sure": describe.SURE,
     }
 
 

@@ -123,6 +123,7 @@ class TestTable:
         remarks = [line for line in lines if line.endswith(ends)]
         assert len(remarks) == sum(not effect["gains"] for effect in checks)
         assert f"{suggested[0]['drops']} drops of the part before and after" in table
+        assert "\na gain is sure where chance alone shows one in at most" in table
 
     def test_the_suggestion_is_in_words_with_the_gain_of_each_step(
         self, table, suggested
