@@ -130,6 +130,13 @@ class KickPlan(NamedTuple):
         """Whether parts are kicked at all: a kick may be worth nothing."""
         return self.flips.value != 0.0
 
+    @property
+    def name(self) -> str:
+        """Of the kick, by the feeder's setting or its height."""
+        if self.feeder_setting:
+            return f"setting {self.feeder_setting}"
+        return f"a kick of {text.length_in_words(self.kick_height)}"
+
     def describe_kick(self) -> str:
         """By which setting of the feeder or how high parts are kicked."""
         if not self.is_kicking:

@@ -86,8 +86,10 @@ class FeedingPlan:
         if self.best.is_kicking:
             unkicked = three_digits(without_kick.per_minute.value)
             gain = f"; {unkicked} without kicks"
+        elif len(kicked) == 1:
+            gain = f": {kicked[0].name} gains nothing"
         elif kicked:
-            gain = ": no kick gains anything"
+            gain = f": none of {len(kicked)} kicks gains anything"
         best = self.best
         return (
             f"{bounded(best.per_minute)} picked a minute, {best.describe_kick()}{gain}"

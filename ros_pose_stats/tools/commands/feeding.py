@@ -107,7 +107,10 @@ def run(options: argparse.Namespace) -> int:
             "flips_per_pose": request.drops,
             **plan.as_dict(),
         },
-        [*cells.plan_lines(statistics, plan), *note_paragraph(plan.warnings)],
+        [
+            *cells.plan_lines(statistics, plan, options.wanted),
+            *note_paragraph(plan.warnings),
+        ],
         interruption,
     )
 

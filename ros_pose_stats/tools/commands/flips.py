@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
     if dropped is not None and not interruption:
         plan = plan_feeding(dropped, options.wanted, cell, flips, part)
         planned["feeding"] = plan.as_dict()
-        tables.append("\n".join(cells.plan_lines(dropped, plan)))
+        tables.append("\n".join(cells.plan_lines(dropped, plan, options.wanted)))
         flips = [
             replace(
                 statistics,

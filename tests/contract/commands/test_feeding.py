@@ -90,11 +90,24 @@ def test_what_a_camera_takes_for_a_wanted_pose_is_warned_of(bar):
         "poses 2, 3 look from above like poses 0, 1 and are not wanted: by the "
         f"silhouette alone {share:.1f} % of the parts would be picked wrongly."
     )
+    mistaken = "pick: 0, 1, 2 and 3; poses 2, 3 by mistake, only wanted ones count"
+    assert mistaken in answer(*words)
     answers = (
         answer(*words, "--pixel", "0.01mm"),
         answer("feeding", *bar, "--wanted", "0-3", *ASKED[:3], "--kicks"),
     )
-    assert not any("ALIKE_FROM_ABOVE" in text for text in answers)
+    assert not any(
+        words in text for text in answers for words in ("ALIKE_FROM_ABOVE", "mistake")
+    )
+
+
+def test_what_is_not_kicked_has_no_error_of_flips(box):
+    words = "feeding", *box, "--wanted", 0, "--flips", 50
+    footnotes = [
+        next(line for line in text.splitlines() if line.startswith("in brackets:"))
+        for text in (answer(*words), answer(*words, "--kicks", "5mm"))
+    ]
+    assert ["flips" in footnote for footnote in footnotes] == [False, True]
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,9 @@ def test_a_kick_that_frees_no_part_is_not_given(box):
     assert set(plan["actions"]) == {"pick", "leave"}
     assert plan["flips"]["value"] == 0.0
     lines = answer("flips", *box, *KICKED[2:], "--kick", 0.0).splitlines()
-    assert lines[1].endswith(" picked a minute, not kicked: no kick gains anything")
+    assert lines[1].endswith(
+        " picked a minute, not kicked: a kick of 0 µm gains nothing"
+    )
 
 
 def test_counted_flips_make_the_matrix_of_a_setting(box, tmp_path):

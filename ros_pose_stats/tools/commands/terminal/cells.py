@@ -13,9 +13,18 @@
 """A feeder's cell: its options, and its plan in lines for people."""
 
 import argparse
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ....base.text import Column, bounded, columns, listed, millimetres, three_digits
+from ....base.text import (
+    Column,
+    bounded,
+    columns,
+    listed,
+    millimetres,
+    name_poses,
+    three_digits,
+)
 from . import arguments, flip_counts
 
 if TYPE_CHECKING:
@@ -105,38 +114,50 @@ def drop_into(
     return find_lookalikes(statistics, part, options.pixel)
 
 
-def plan_lines(statistics: "PoseStatistics", plan: "FeedingPlan") -> list[str]:
+def plan_lines(
+    statistics: "PoseStatistics", plan: "FeedingPlan", wanted: Sequence[int]
+) -> list[str]:
     """A plan for people: the cell, what it gets, actions, and a row for each kick."""
     from ....core.planning.feeder_cell import FLIPS_ERROR
 
-    on_plate = plan.best.parts > 0
-    actions = {
-        "pick": "pick",
-        "flip": "flip",
-        "leave": "leave" if on_plate else "drop again",
-    }
-    poses_by_action = {
-        words: [k for k, planned in enumerate(plan.actions) if planned == action]
-        for action, words in actions.items()
-    }
     pickable = []
-    if on_plate:
+    if plan.best.parts > 0:
         pickable = [f"the first picture has {plan.best.pickable:.3g} to pick"]
+    flips_error = ""
+    if len(plan.options) > 1:
+        flips_error = f" and {100.0 * FLIPS_ERROR:g} of flips that nobody counted"
     return [
         f"{statistics.part_id}: {plan.cell}",
         plan.describe_gain(),
         f"{statistics.scene}, method {statistics.method}",
-        *(
-            f"{action}: {listed(poses)}"
-            for action, poses in poses_by_action.items()
-            if poses
-        ),
+        *action_lines(plan, wanted),
         *pickable,
         "",
         *options_table(plan),
         f"in brackets: 90 % intervals, with {100.0 * statistics.plate_error:.2g} "
-        f"points of error of the plate and {100.0 * FLIPS_ERROR:g} of flips that "
-        "nobody counted",
+        f"points of error of the plate{flips_error}",
+    ]
+
+
+def action_lines(plan: "FeedingPlan", wanted: Sequence[int]) -> list[str]:
+    """What to do with parts in which poses, a line for each action."""
+    actions = {
+        "pick": "pick",
+        "flip": "flip",
+        "leave": "leave" if plan.best.parts > 0 else "drop again",
+    }
+    poses_by_action = {
+        action: [k for k, planned in enumerate(plan.actions) if planned == action]
+        for action in actions
+    }
+    mistakes = ""
+    mistaken_poses = [k for k in poses_by_action["pick"] if k not in wanted]
+    if mistaken_poses:
+        mistakes = f"; {name_poses(mistaken_poses)} by mistake, only wanted ones count"
+    return [
+        f"{actions[action]}: {listed(poses)}{mistakes if action == 'pick' else ''}"
+        for action, poses in poses_by_action.items()
+        if poses
     ]
 
 
