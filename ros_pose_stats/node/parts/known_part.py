@@ -126,14 +126,6 @@ class KnownPart:
         """Whether the part itself is in memory."""
         return self.source.part is not None
 
-    def retire(self) -> None:
-        """Be no more what the name stands for, before the state loses the mesh.
-
-        Jobs may still be at work on it, or begin.
-        """
-        self.is_current = False
-        self.source.detach()
-
     @property
     def can_be_drawn(self) -> bool:
         """Whether it is or was in memory in this run."""

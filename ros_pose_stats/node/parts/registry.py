@@ -81,7 +81,7 @@ class PartRegistry:
             WeakValueDictionary()
         )
         self._forgotten_channels: Memory[str, Channel[KnownPart]] = Memory(NUMBERED)
-        # until their farewell has arrived
+        # until their farewell has had time to arrive
         self._closing_channels: list[Channel[KnownPart]] = []
         self._drawn_revisions: dict[str, int] = {}  # revisions in the markers, by part
         # So that its type is known before there is a part, which has its own publisher.
@@ -360,8 +360,12 @@ class PartRegistry:
             )
 
     def _retire(self, part: KnownPart) -> None:
-        """Have a part, shifted or not, leave memory; who works on it keeps it."""
-        part.retire()
+        """Have a part, shifted or not, leave memory, before the state loses its mesh.
+
+        Jobs may still be at work on it, or begin.
+        """
+        part.is_current = False
+        part.source.detach()
         self._built_parts.drop(lambda key: key[0] == part.part_id)
 
     # All parts together.
@@ -402,7 +406,7 @@ class PartRegistry:
         )
 
     def _look_after_topics(self) -> None:
-        """Let publishers go whose farewell has arrived, list and draw what is new."""
+        """Let publishers go that have said farewell, list and draw what is new."""
         self.listing.catch_up()
         self._built_parts.weigh(next(self._weighings), WEIGHINGS)
         with self._lock:
