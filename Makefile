@@ -16,8 +16,8 @@ demo: $(READY)
 	bash .ci/demo
 
 # One worker more than cores: the tests of nodes wait for most of their time. Those of a quick
-# file share what it has made once (of pages, those of a folder), and those of nodes come first;
-# long tests take minutes each.
+# file share what it has made once (those of nodes and pages, of a folder), and those of nodes come
+# first; long tests take minutes each.
 # Where a worker of a quick run crashes, pytest-xdist 3.8 would wait for it for ever.
 PYTEST := .venv/bin/python -m pytest -n $$(($$(nproc) + 1))
 

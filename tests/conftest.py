@@ -53,9 +53,10 @@ END_SECONDS = 120
 
 STARTS = "process_starts"
 
-TOGETHER = ("contract/pages/",)
-"""Folders, from that of `pytest.ini`, whose files show the same pages: these take ten
-seconds to make, and a browser to be shown.
+TOGETHER = ("contract/pages/", "contract/node/parts/", "contract/node/")
+"""Folders, from that of `pytest.ini`, whose files share what takes seconds to make:
+pages and a browser; two nodes. What waits for nodes is left to two workers, so that
+another one always computes.
 """
 
 

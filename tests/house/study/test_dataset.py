@@ -98,7 +98,7 @@ def interrupted(file, options=LONG):
 
 class TestTheFile:
     def test_the_same_seed_gives_the_same_bytes_whatever_the_workers(self, whole, file):
-        dataset(*SMALL, "-o", file, "--workers", 3)
+        dataset(*SMALL, "-o", file, "--workers", 2)
         assert file.read_bytes() == whole[SMALL]
         assert list(file.parent.iterdir()) == [file]
         first, second = (file.with_name(f"{seed}.npz") for seed in (3, 4))
