@@ -127,7 +127,7 @@ class DropWorkers:
         try:
             # Elsewhere threads have no priorities.
             if self._background and sys.platform == "linux":
-                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
+                os.nice(NICENESS)  # of this thread alone, and above its caller's
             while True:
                 first, count = self._next_chunk()
                 if count == 0:

@@ -102,7 +102,8 @@ def simulate(
         Once it returns True the simulation ends, within about 50 ms, with the drops
         done by then.
     background : bool
-        Whether workers give way to other threads of this machine (Linux: niceness 10).
+        Whether workers give way to other threads of this machine (Linux: niceness 10
+        above the caller's).
     cluster_tolerance : float
         Least rise out of a pose as a share of its height there; 0 merges nothing.
     round_sides : int

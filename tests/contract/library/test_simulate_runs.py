@@ -14,7 +14,10 @@
 to.
 """
 
+import os
+import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
@@ -96,6 +99,30 @@ def test_a_stop_leaves_the_first_drops_of_the_run(part, workers):
     )
     assert 500 <= statistics.drops < LONG
     assert same(statistics, simulate(part, statistics.drops, 0.6, 9))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="threads have no priorities")
+def test_workers_in_the_background_give_way_to_their_caller_whatever_its_priority(part):
+    def niceness_of_caller_and_worker():
+        """Of a caller that gives way itself, and of its worker once they differ."""
+        caller = os.nice(12)
+        threads_before = threading.enumerate()
+        others = set()
+
+        def is_seen():
+            others.update(
+                os.getpriority(os.PRIO_PROCESS, thread.native_id)
+                for thread in threading.enumerate()
+                if thread not in threads_before
+            )
+            return bool(others - {caller})
+
+        simulate(part, LONG, workers=1, background=True, should_stop=is_seen)
+        return caller, max(others, key=lambda niceness: abs(niceness - caller))
+
+    with ThreadPoolExecutor(1) as thread:
+        caller, worker = thread.submit(niceness_of_caller_and_worker).result()
+    assert worker > caller
 
 
 def test_a_stop_at_once_is_quick_for_slow_drops_too(part):
