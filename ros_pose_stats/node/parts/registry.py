@@ -211,21 +211,18 @@ class PartRegistry:
 
     def _build(self, request: part_requests.PartRequest) -> Part:
         mesh = request.part_id, request.content
-        part = self._built_parts.get(mesh)
         refusal = self._refusals.get(mesh)
         if refusal is not None:
             kind, facts = refusal
             # Anew, for the traceback of what is raised holds on to the mesh.
             raise kind(*facts)
-        if part is None:
-            try:
-                part = self._builder.build(request)
-            except NotDoneError:  # the mesh may be good
-                raise
-            except PoseStatsError as error:
-                self._refusals.put(mesh, error.__reduce__())
-                raise
-        return part
+        try:
+            return self._builder.build(request)
+        except NotDoneError:  # the mesh may be good
+            raise
+        except PoseStatsError as error:
+            self._refusals.put(mesh, error.__reduce__())
+            raise
 
     def put(self, part: KnownPart, request: part_requests.PartRequest) -> None:
         """Know and store a part in place of its name's last; raises MeshError."""
