@@ -39,6 +39,7 @@ settings.register_profile("search", max_examples=3000, **COMMON)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fixed"))
 
 MOST_STARTS = 80
+FEW_WORKERS = 3
 LONG_SECONDS = 1800
 NODE_SECONDS = 600
 """Time limits of long tests and of those over DDS; that of the others is in
@@ -56,7 +57,7 @@ STARTS = "process_starts"
 TOGETHER = ("contract/pages/", "contract/node/parts/", "contract/node/")
 """Folders, from that of `pytest.ini`, whose files share what takes seconds to make:
 pages and a browser; two nodes. What waits for nodes is left to two workers, so that
-another one always computes.
+another one always computes. Many workers would wait for those two.
 """
 
 
@@ -109,8 +110,11 @@ def pytest_collection_modifyitems(items):
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """Files to workers, and those of a folder of `TOGETHER` to the same one."""
-    if config.getoption("dist") != "loadfile":
+    """Files to workers; few workers get those of a folder of `TOGETHER` at once."""
+    if (
+        config.getoption("dist") != "loadfile"
+        or (config.option.numprocesses or 1) > FEW_WORKERS
+    ):
         return None
     from xdist.scheduler import LoadFileScheduling
 
@@ -174,7 +178,7 @@ def pytest_sessionfinish(session):
     whole = config.option.markexpr == "not long" and config.args == ["tests"]
     if (
         whole
-        and (config.option.numprocesses or 1) <= 3
+        and (config.option.numprocesses or 1) <= FEW_WORKERS
         and config.stash[COUNT_KEY] > MOST_STARTS
     ):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
