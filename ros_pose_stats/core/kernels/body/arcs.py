@@ -58,7 +58,7 @@ of saddles that tie.
 SHORTEST_ARC = 1e-24
 """Squared sine of an arc below which it is none: rounding gives its direction."""
 
-# columns of an arc's sums (2,)
+# columns of sums over arcs (2,)
 OVER_ANGLE = 0  # its turn over the angle
 OVER_LENGTH = 1  # and over the length
 SUMS = 2
@@ -67,13 +67,13 @@ SUMS = 2
 class Arcs(NamedTuple):
     """The half arc of every polygon side, on the side of its face."""
 
+    lean: Array  # (N,) angle from the face's normal to Q, negative outside of the face
     begin: Array  # (N,) smallest x
-    end: Array  # (N,) largest x; nothing is there unless it is above `near`
+    end: Array  # (N,) largest x; nothing is there unless it is above `begin`
     bottom: Array  # (N,) lowest R
     top: Array  # (N,) highest R
     foot: Array  # (N, 3) unit vector to Q
     tangent: Array  # (N, 3) unit vector square to it, towards the face's normal
-    sums: Array  # (N, SUMS) its sums
     points: Array  # (H, 3) hull points of the body
     body: BodyArrays
     inertia: Array  # (3, 3) over the mass
@@ -81,32 +81,39 @@ class Arcs(NamedTuple):
 
 
 @kernel
-def make_arcs(points: Array, body: BodyArrays, inertia: Array) -> Arcs:
-    """Measure all half arcs; `inertia` (3, 3): over the mass."""
+def make_arcs(points: Array, body: BodyArrays, inertia: Array, highest: float) -> Arcs:
+    """Measure the half arcs that begin below the highest level; others are none.
+
+    `inertia` (3, 3): over the mass.
+    """
     count = body.twin.shape[0]
     arcs = Arcs(
+        np.empty(count),
         np.zeros(count),
         np.zeros(count),
         np.zeros(count),
         np.zeros(count),
         np.zeros((count, 3)),
         np.zeros((count, 3)),
-        np.zeros((count, SUMS)),
         points,
         body,
         inertia,
         inverse_of(inertia),
     )
     for k in range(count):
+        arcs.lean[k] = math.atan2(body.inset[k], body.distance[body.face[k]])
+    for k in range(count):
         f = body.face[k]
         t = body.twin[k]
-        neighbour = body.face[t]
-        arcs.begin[k] = max(0.0, -math.atan2(body.inset[t], body.distance[neighbour]))
-        arcs.end[k] = max(0.0, math.atan2(body.inset[k], body.distance[f]))
+        arcs.begin[k] = max(0.0, -arcs.lean[t])
+        arcs.end[k] = max(0.0, arcs.lean[k])
         if arcs.end[k] <= arcs.begin[k]:
             continue
         arcs.bottom[k] = body.reach[k] * math.cos(arcs.end[k])
         arcs.top[k] = body.reach[k] * math.cos(arcs.begin[k]) * TOP_SHARE
+        if highest < min(arcs.bottom[k], arcs.top[k]):
+            arcs.end[k] = arcs.begin[k]
+            continue
         v = point_at(points, body.corner[k])
         w = point_at(points, body.corner[t])
         share = body.start[k] / (body.start[k] + body.stop[k])
@@ -119,7 +126,6 @@ def make_arcs(points: Array, body: BodyArrays, inertia: Array) -> Arcs:
             continue
         write_row(arcs.foot, k, 0, foot)
         write_row(arcs.tangent, k, 0, divide(tangent, math.sqrt(tangent_square)))
-        add_arc(arcs.sums[k], arcs, k, arcs.begin[k])
     return arcs
 
 

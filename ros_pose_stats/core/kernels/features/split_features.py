@@ -141,7 +141,7 @@ def write_joined_measure(
 
 @kernel
 def holding_faces(
-    body: BodyArrays, stable: Index, basin: Index, tree: MergeTree, inertia: Array
+    arcs: Arcs, stable: Index, basin: Index, tree: MergeTree
 ) -> tuple[Array, Array]:
     """Running sums (F + 1,) over `face_order` of the holding solid angle.
 
@@ -149,11 +149,13 @@ def holding_faces(
     the farther it lies outside, or if it is nearly the stable face below. The second
     sum is weighted by the log of the inertia about the face's normal over the mean one.
     """
+    body = arcs.body
+    inertia = arcs.inertia
     faces = body.distance.shape[0]
     tilt = np.zeros(faces)
     for k in range(body.twin.shape[0]):
         f = body.face[k]
-        tilt[f] = max(tilt[f], math.atan2(-body.inset[k], body.distance[f]))
+        tilt[f] = max(tilt[f], -arcs.lean[k])
     mean = (inertia[0, 0] + inertia[1, 1] + inertia[2, 2]) / 3.0
     holding = np.zeros(faces + 1)
     lever = np.zeros(faces + 1)
@@ -219,8 +221,8 @@ def split_features(
     features = np.zeros((joins, 3, FEATURES))
     if not is_split.any():
         return features
-    arcs = make_arcs(points, body, inertia)
-    holding, lever = holding_faces(body, stable, basin, tree, inertia)
+    arcs = make_arcs(points, body, inertia, tree.level[is_split].max())
+    holding, lever = holding_faces(arcs, stable, basin, tree)
     lowest = lowest_faces(body, stable, tree)
     lists = _list_arcs(body, tree, is_split, arcs)
     sums = np.zeros((2, MEASURES))
@@ -295,8 +297,7 @@ def _add_unfinished_arcs(
     while k >= 0:
         following = lists.next_arc[k]
         if level >= arcs.top[k]:
-            for i in range(SUMS):
-                lists.finished[node, i] += arcs.sums[k, i]
+            add_arc(lists.finished[node], arcs, k, arcs.begin[k])
             if previous < 0:
                 lists.head[node] = following
             else:
