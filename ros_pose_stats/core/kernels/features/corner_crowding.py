@@ -25,7 +25,7 @@ import numpy as np
 
 from ..array_types import Array, Fixed1, Fixed2, Index
 from ..body.convex_body import BodyArrays
-from ..compilation import entry_kernel, kernel
+from ..compilation import entry_kernel, inlined, kernel
 from ..sorting import rising_order
 from ..vectors import cross, dot, length, point_at, subtract
 
@@ -51,11 +51,21 @@ def corner_crowding(points: Fixed2, body: BodyArrays, reaches: Fixed1) -> Array:
     order, cell, start = _sort_into_cells(points[corners], cells)
     share = share[corners][order]
     position = points[corners][order]
-    sums = np.zeros(reaches.shape[0])
-    side = 2.0 / cells
-    reach_cells = int(reaches[-1] / side) + 1
-    for i in range(order.shape[0]):
-        sums += share[i] * share[i]
+    sums = np.empty(reaches.shape[0])
+    for n in range(reaches.shape[0]):
+        sums[n] = _sum_pairs(share, position, cell, start, cells, reaches[n])
+    return sums
+
+
+@kernel
+def _sum_pairs(
+    share: Array, position: Array, cell: Index, start: Index, cells: int, reach: float
+) -> float:
+    """Sum over all pairs of points in the order of their cells."""
+    reach_cells = int(0.5 * cells * reach) + 1
+    total = 0.0
+    for i in range(share.shape[0]):
+        total += share[i] * share[i]
         # Cells before this one hold points before i, whose pairs are counted.
         for x in range(cell[i, 0], min(cell[i, 0] + reach_cells, cells - 1) + 1):
             low = max(cell[i, 1] - reach_cells, 0)
@@ -64,29 +74,30 @@ def corner_crowding(points: Fixed2, body: BodyArrays, reaches: Fixed1) -> Array:
                 row = (x * cells + y) * cells
                 begin = start[row + max(cell[i, 2] - reach_cells, 0)]
                 end = start[row + min(cell[i, 2] + reach_cells, cells - 1) + 1]
-                _add_pairs(sums, i, max(begin, i + 1), end, share, position, reaches)
-    return sums
+                total = _add_pairs(
+                    total, i, max(begin, i + 1), end, share, position, reach
+                )
+    return total
 
 
-@kernel
+@inlined
 def _add_pairs(
-    sums: Array,
+    total: float,
     i: int,
     begin: int,
     end: int,
     share: Array,
     position: Array,
-    reaches: Array,
-) -> None:
+    reach: float,
+) -> float:
     """Add the pairs of point i and those from `begin` to before `end`, twice each."""
-    farthest = reaches[-1] * reaches[-1]
+    square_reach = reach * reach
     for j in range(begin, end):
         offset = subtract(point_at(position, i), point_at(position, j))
-        square = dot(offset, offset)
-        if square < farthest:
-            for n in range(reaches.shape[0]):
-                closeness = max(1.0 - square / (reaches[n] * reaches[n]), 0.0)
-                sums[n] += 2.0 * share[i] * share[j] * closeness * closeness
+        # Whether a pair is within the reach is beyond a processor's guess: no branch.
+        closeness = max(1.0 - dot(offset, offset) / square_reach, 0.0)
+        total += 2.0 * share[i] * share[j] * closeness * closeness
+    return total
 
 
 @kernel
