@@ -42,8 +42,10 @@ from ..kernels.features.surface_features import (
     SMALLEST_AREA,
     first_stray,
     surface_of,
+    tree_of,
 )
 from ..kernels.mesh import connections
+from ..kernels.mesh.triangle_tree import TriangleTree
 from ..kernels.principal_axes import is_kept
 from ..mesh.vectors import lengths
 from ..records import Array, Index, Mask, Part
@@ -350,13 +352,26 @@ class SurfaceTrial:
         self.solid: Index = np.arange(len(self.surface.sample))  # what is compared
         self.probes = list(range(min(PROBES, len(self.solid))))
         self.effort = 0
+        self.thread_moment = 0.0  # most that threads left out add to the first moment
+
+    @cached_property
+    def _tree(self) -> TriangleTree:
+        """Its triangles by place; few parts have a motion that is worth a try."""
+        return tree_of(self.surface)
+
+    @property
+    def mass_slack(self) -> float:
+        """How far the centre of mass may be off, in radii.
+
+        For the division of curves as if one half were outside of them, and the other on
+        them.
+        """
         regions = self.surface.regions
         rise = (regions[:, :3] * regions[:, NORMAL : NORMAL + 3]).sum(axis=1)
-        self.volume = float((rise * regions[:, AREA]).sum()) / 3.0
+        volume = float((rise * regions[:, AREA]).sum()) / 3.0
         reach = lengths(regions[:, :3]) * regions[:, AREA]
-        # How far the centre of mass is off at most for the division of curves: as if
-        # one half were outside of them, and the other on them.
-        self.mass_slack = 0.25 * float((self.surface.slack * reach).sum()) / self.volume
+        curve_moment = 0.25 * float((self.surface.slack * reach).sum())
+        return curve_moment / volume + self.thread_moment / volume
 
     @cached_property
     def planes(self) -> Planes:
@@ -372,7 +387,7 @@ class SurfaceTrial:
         """Take a thread for the surface that it winds on."""
         self.solid = np.flatnonzero(~thread.on_thread)
         self.probes = self.solid[:PROBES].tolist()
-        self.mass_slack += thread.moment / self.volume
+        self.thread_moment += thread.moment
 
     def is_turned(self, axis: Array) -> bool:
         """Whether all regions face the axis or away from it, as of a turned part."""
@@ -398,9 +413,9 @@ class SurfaceTrial:
             return False
         motion = np.ascontiguousarray(motion)
         probes = np.array(self.probes, dtype=np.int64)
-        if self._first_stray(motion, shift, probes) >= 0:
+        if self._first_stray(motion, shift, probes, self.tolerance) >= 0:
             return False
-        stray = self._first_stray(motion, shift, self.solid)
+        stray = self._first_stray(motion, shift, self.solid, self.tolerance)
         if stray >= 0:
             self.probes = [stray, *self.probes][: 2 * PROBES]
         return stray < 0
@@ -409,13 +424,14 @@ class SurfaceTrial:
         """Whether a motion takes corners to places within a reach of the surface."""
         corners = np.flatnonzero(self.surface.sample < 0)
         corners = corners[:: 1 + len(corners) // MOST_CORNERS].copy()
-        self.effort += OVERHEAD + len(corners)
         matrix = np.ascontiguousarray(motion)
-        return first_stray(self.surface, matrix, NO_SHIFT, corners, reach) < 0
+        return self._first_stray(matrix, NO_SHIFT, corners, reach) < 0
 
-    def _first_stray(self, motion: Array, shift: Array, chosen: Index) -> int:
+    def _first_stray(
+        self, motion: Array, shift: Array, chosen: Index, reach: float
+    ) -> int:
         self.effort += OVERHEAD + len(chosen)
-        return first_stray(self.surface, motion, shift, chosen, self.tolerance)
+        return first_stray(self.surface, self._tree, motion, shift, chosen, reach)
 
 
 def surface_trial(part: Part, body: ConvexBody) -> SurfaceTrial:

@@ -107,7 +107,6 @@ class Surface(NamedTuple):
     slack: Array1  # (G,) how far the curve that it stands for is off
     lean: Array1  # (G,) by how much its normal is off, radians
     sample: Index1  # (M,) triangle of each region, or -1 - vertex where regions meet
-    tree: TriangleTree
 
 
 @entry_kernel
@@ -128,9 +127,6 @@ def surface_of(
     for g in range(regions.shape[0]):
         # Coordinates that are off by the tolerance turn narrow regions.
         lean[g] += 2.0 * tolerance / max(widths[g], 1e-12)
-    margins = np.empty(triangles.shape[0])
-    for t in range(triangles.shape[0]):
-        margins[t] = slack[facet[t]]
     return Surface(
         points.copy(),
         triangles.copy(),
@@ -139,8 +135,16 @@ def surface_of(
         slack,
         lean,
         _choose_samples(triangles, facet, regions, areas, points.shape[0]),
-        triangle_tree(points, triangles, margins),
     )
+
+
+@entry_kernel
+def tree_of(surface: Surface) -> TriangleTree:
+    """The triangles of a surface in boxes, by which `first_stray` looks for places."""
+    margins = np.empty(surface.facet.shape[0])
+    for t in range(margins.shape[0]):
+        margins[t] = surface.slack[surface.facet[t]]
+    return triangle_tree(surface.points, surface.triangles, margins)
 
 
 @kernel
@@ -305,6 +309,7 @@ def _choose_samples(
 @entry_kernel
 def first_stray(
     surface: Surface,
+    tree: TriangleTree,
     motion: Fixed2,
     shift: Fixed1,
     chosen: FixedIndex1,
@@ -326,17 +331,21 @@ def first_stray(
             facet = surface.facet[t]
             normal = transform(motion, read_row(surface.regions, facet, NORMAL))
         point = add(transform(motion, point), offset)
-        if not _is_on_surface(surface, point, normal, facet, tolerance):
+        if not _is_on_surface(surface, tree, point, normal, facet, tolerance):
             return i
     return -1
 
 
 @inlined
 def _is_on_surface(
-    surface: Surface, point: Vec3, normal: Vec3, facet: int, tolerance: float
+    surface: Surface,
+    tree: TriangleTree,
+    point: Vec3,
+    normal: Vec3,
+    facet: int,
+    tolerance: float,
 ) -> bool:
     """Whether the surface has a place there that faces as a facet (-1: any) does."""
-    tree = surface.tree
     own_slack = surface.slack[facet] if facet >= 0 else 0.0
     own_lean = surface.lean[facet] if facet >= 0 else math.inf
     node = 0
