@@ -206,11 +206,16 @@ def _exchanges_poses(
 
 @kernel
 def _difference(planes: Planes, a: int, b: int) -> float:
-    """How far two planes are from being alike; -1 for one and the same."""
+    """How far two planes are from being alike, or more than `SAME_PLACE`.
+
+    -1 for one and the same.
+    """
     if a == b:
         return -1.0
-    share = planes.area[a] / planes.area[b]
-    return abs(planes.distance[a] - planes.distance[b]) + abs(share - 1.0)
+    rise = abs(planes.distance[a] - planes.distance[b])
+    if rise > SAME_PLACE:  # of most pairs, which need no division
+        return rise
+    return rise + abs(planes.area[a] / planes.area[b] - 1.0)
 
 
 @kernel
