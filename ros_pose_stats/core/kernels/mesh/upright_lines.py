@@ -17,13 +17,25 @@ may pass it.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from ..array_types import Array, Fixed2, FixedIndex2
+from ..array_types import Fixed2, FixedIndex2
 from ..compilation import entry_kernel, inlined
 from ..sorting import rising_order, stable_order
-from ..vectors import Vec3, point_at, triangle_at
+from ..vectors import Vec3, triangle_at
+
+
+class Edge(NamedTuple):
+    """An edge from its lower vertex to its higher one.
+
+    Both triangles at it are told the same, so that no line passes between them.
+    """
+
+    begin: Vec3
+    end: Vec3
+    forward: bool  # whether the triangle runs that way, counter-clockwise on its left
 
 
 @entry_kernel
@@ -52,18 +64,13 @@ def enclosed_lengths(
     count = 0
     for t in range(triangles.shape[0]):
         a, b, c = triangle_at(points, triangles, t)
+        i, j, k = triangles[t]
+        ab = Edge(a, b, True) if i < j else Edge(b, a, False)
+        bc = Edge(b, c, True) if j < k else Edge(c, b, False)
+        ca = Edge(c, a, True) if k < i else Edge(a, c, False)
         for x in range(_first_line(a.x, b.x, c.x), _last_line(a.x, b.x, c.x) + 1):
             for y in range(_first_line(a.y, b.y, c.y), _last_line(a.y, b.y, c.y) + 1):
-                sides = 0
-                for i in range(3):
-                    begin = triangles[t, i]
-                    end = triangles[t, (i + 1) % 3]
-                    # An edge that is walked down has its left on the right.
-                    passes_left = _passes_left(
-                        points, min(begin, end), max(begin, end), x, y
-                    )
-                    if passes_left == (begin < end):
-                        sides += 1
+                sides = _inside(ab, x, y) + _inside(bc, x, y) + _inside(ca, x, y)
                 if sides in (0, 3):
                     line[count] = x * lines + y
                     height[count] = _height(a, b, c, x, y)
@@ -95,15 +102,12 @@ def _last_line(a: float, b: float, c: float) -> int:
 
 
 @inlined
-def _passes_left(points: Array, lower: int, higher: int, x: int, y: int) -> bool:
-    """Whether a line passes an edge on its left.
-
-    Both triangles at an edge are told the same, so that no line passes between them.
-    """
-    begin = point_at(points, lower)
-    end = point_at(points, higher)
+def _inside(edge: Edge, x: int, y: int) -> int:
+    """1 where a line passes an edge on the side of its triangle, else 0."""
+    begin = edge.begin
+    end = edge.end
     left = (end.x - begin.x) * (y - begin.y) - (end.y - begin.y) * (x - begin.x)
-    return left > 0.0
+    return int((left > 0.0) == edge.forward)
 
 
 @inlined
