@@ -36,7 +36,8 @@ CROWD = 1000
 """Corners of one face from which on Qhull takes longer for them than for as many other
 points."""
 
-_SAMPLE = 512
+_SAMPLE = 512  # most points of a sample
+_CORNERS_IN_SAMPLE = 64  # of a face of `CROWD` corners, in a smaller sample
 _FEW = 6  # corners of a face in the sample that chance alone may put there
 
 CORNERS_SHAKEN = 1e-10
@@ -156,7 +157,8 @@ def is_crowded(points: Array) -> bool:
         return False
     # A random sample, since regular steps might pick all points from one ring of a
     # mesh.
-    sample = np.random.default_rng(0).integers(len(points), size=_SAMPLE)
+    size = min(_SAMPLE, _CORNERS_IN_SAMPLE * len(points) // CROWD)
+    sample = np.random.default_rng(0).integers(len(points), size=size)
     try:
         hull = ConvexHull(points[sample])
     except QhullError:
@@ -166,7 +168,7 @@ def is_crowded(points: Array) -> bool:
     largest_faces = np.argsort(-triangles, kind="stable")[:6]
     suspects = largest_faces[
         (triangles[largest_faces] + 2 > _FEW)
-        & ((triangles[largest_faces] + 2) * len(points) > CROWD * _SAMPLE)
+        & ((triangles[largest_faces] + 2) * len(points) > CROWD * size)
     ]
     return any(_count_corners_on(points, planes[k]) > CROWD for k in suspects.tolist())
 
