@@ -167,9 +167,9 @@ def _body_of_file(part: Part) -> ConvexBody:
 
 def _triangles(qhull: Facets) -> tuple[Index, Index]:
     """Triangles and their neighbours in the numbering of the points on the hull."""
-    on_hull = qhull.vertices
-    triangles = np.searchsorted(on_hull, qhull.simplices)
-    return triangles, qhull.neighbors.astype(np.int64)
+    number = np.empty(len(qhull.points), dtype=np.int64)
+    number[qhull.vertices] = np.arange(len(qhull.vertices))
+    return number[qhull.simplices], qhull.neighbors.astype(np.int64)
 
 
 def build_polyhedron(

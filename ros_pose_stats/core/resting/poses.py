@@ -350,11 +350,9 @@ def _make_records(
     yaw = yaw_symmetries(part, equilibria, first, surface)[groups]
     faces = resting.faces
     barriers = clusters.barrier * body.radius
-    order = np.argsort(clusters.pose, kind="stable")
-    members_of = [
-        faces_of_pose.tolist()
-        for faces_of_pose in np.split(order, np.cumsum(np.bincount(clusters.pose))[:-1])
-    ]
+    members_of: list[list[int]] = [[] for _ in margins]
+    for member, pose in enumerate(clusters.pose.tolist()):
+        members_of[pose].append(member)
     for array in (downs, quaternions, positions, roll_axes):
         array.flags.writeable = False
     size = np.bincount(groups)

@@ -20,8 +20,10 @@ import numpy as np
 
 from ...base import text
 from .. import tolerances
+from ..kernels.body.convex_body import BodyArrays
+from ..mesh.arrays import mask_of
 from ..mesh.vectors import lengths
-from ..records import Mask, StablePose
+from ..records import Array, Index, Mask, StablePose
 from ..records.notes import Note, note
 from . import convex_body, poses, rims
 
@@ -79,37 +81,51 @@ def curve_angle(resting: poses.RestingPoses) -> float:
     """
     body = resting.body
     arrays = body.arrays
-    neighbour = arrays.face[arrays.twin]
-    turn = 2.0 * np.arcsin(
-        0.5 * lengths(arrays.normal[arrays.face] - arrays.normal[neighbour])
-    )
-    is_small = turn < tolerances.CURVED
-    if not is_small.any():
-        return 0.0
-    is_narrow = arrays.inset < tolerances.NARROW * turn * arrays.distance[arrays.face]
-    bent_faces = arrays.face[~is_small & (turn < tolerances.BENT)]
     lies_off_runs = body.run_of_face[resting.faces] < 0
-
-    def facets() -> tuple[Mask, Mask]:
-        """Which faces are facets of curves, and which poses lie on one."""
-        is_curved = np.bincount(arrays.face[is_small], minlength=body.faces) > 1
-        is_curved[bent_faces] = False
-        lies_on_curve = (
-            np.bincount(arrays.face[is_small & is_narrow], minlength=body.faces) > 1
-        )
-        return is_curved, (lies_on_curve & is_curved)[resting.faces] & lies_off_runs
-
-    if not facets()[1].any():
+    # Most parts lie on no curve, and their other faces need no look.
+    supports = resting.faces[lies_off_runs]
+    sides = np.flatnonzero(mask_of(supports, body.faces)[arrays.face])
+    turn = _turns(arrays, sides)
+    is_curved, is_base = _facets(body, sides, turn, turn < tolerances.CURVED)
+    if not (is_curved & is_base)[supports].any():
         return 0.0
+    sides = np.arange(len(arrays.face))
+    turn = _turns(arrays, sides)
+    neighbour = arrays.face[arrays.twin]
     off_runs = ~np.logical_or.reduceat(
         _points_on_runs(body)[arrays.corner], arrays.face_start[:-1]
     )
+    is_small = turn < tolerances.CURVED
     is_small &= off_runs[arrays.face] & off_runs[neighbour]
-    is_curved, lies_on_curve = facets()
+    is_curved, is_base = _facets(body, sides, turn, is_small)
+    lies_on_curve = (is_curved & is_base)[resting.faces] & lies_off_runs
     is_curved &= lies_on_curve[resting.pose_of_face]
     if is_curved.sum() < tolerances.FEWEST_FACETS:
         return 0.0
     return float(np.median(turn[is_small & is_curved[arrays.face]]))
+
+
+def _turns(arrays: BodyArrays, sides: Index) -> Array:
+    """Angles (k,) between the faces on both sides of edges, radians."""
+    normal = arrays.normal[arrays.face[sides]]
+    beyond = arrays.normal[arrays.face[arrays.twin[sides]]]
+    return np.asarray(2.0 * np.arcsin(0.5 * lengths(normal - beyond)))
+
+
+def _facets(
+    body: convex_body.ConvexBody, sides: Index, turn: Array, is_small: Mask
+) -> tuple[Mask, Mask]:
+    """Which faces (F,) are facets of curves, and on which a part may lie.
+
+    By all sides of these faces: their turns, and which of them are small.
+    """
+    arrays = body.arrays
+    face = arrays.face[sides]
+    is_narrow = arrays.inset[sides] < tolerances.NARROW * turn * arrays.distance[face]
+    is_curved = np.bincount(face[is_small], minlength=body.faces) > 1
+    is_curved[face[(turn >= tolerances.CURVED) & (turn < tolerances.BENT)]] = False
+    is_base = np.bincount(face[is_small & is_narrow], minlength=body.faces) > 1
+    return is_curved, is_base
 
 
 def _points_on_runs(body: convex_body.ConvexBody) -> Mask:
