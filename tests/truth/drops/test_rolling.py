@@ -27,12 +27,14 @@ from lab.bodies.rolling import (
     shaft_between,
 )
 from ros_pose_stats import DropScene, resting_poses, sensitivity, simulate
+from ros_pose_stats.core.kernels.drops import layout
 from ros_pose_stats.core.simulation.drop_body import drop_body
 from ros_pose_stats.core.simulation.drops import (
     compute_drops,
     drop_rules,
     release_directions,
 )
+from ros_pose_stats.core.tolerances import TOUCHING
 from tests.answers import counts
 from tests.truth.drops.recorded import SURE, outcomes
 
@@ -181,6 +183,27 @@ def test_a_facet_is_as_wide_as_it_is():
     these.
     """
     compare_run_on(ROLLING["octagonal cap nut"](), 0.5, 150)
+
+
+def test_no_corner_that_lands_is_missed():
+    """An egg rolls over some of thousands of corners: at no event is one below the
+    plate, and the one that arrives is there.
+    """
+    body = drop_body(ROLLING["cut egg"](), DropScene())
+    rules = drop_rules(DropScene(), body.radius)
+    corners = np.column_stack((body.arrays.x, body.arrays.y, body.arrays.z))
+    tape = np.zeros((3_000, layout.TAPE))
+    for down in release_directions(body, 5, 0, 4):
+        compute_drops(body, rules, down[None], tape)
+        rows = tape[1 : int(tape[0, 0]) + 1]
+        states = rows[:, layout.TAPE_STATE : layout.TAPE_STATE + layout.STATE]
+        ups = states[:, layout.P : layout.P + 3]
+        heights = states[:, layout.Z, None] + ups @ corners.T
+        assert heights.min() > -2.0 * TOUCHING
+        arrivals = np.flatnonzero(rows[:, layout.TAPE_EVENT] == layout.ARRIVAL)
+        arrived = rows[arrivals, layout.TAPE_VERTEX].astype(np.int64)
+        assert arrivals.size > 5
+        assert heights[arrivals, arrived].max() < TOUCHING
 
 
 def test_a_leaning_part_does_not_roll_upright():

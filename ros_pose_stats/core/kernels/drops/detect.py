@@ -20,8 +20,9 @@ which has no zero before a certain fraction. Taken at the centre of a ball, less
 radius, the same bound clears all corners in it at once.
 
 A corner that touches is the lowest one then, so the vertical direction is in its normal
-cone. Where the direction moves little compared with the cones, the corners whose cones
-it may enter are found from neighbour to neighbour, starting at the lowest.
+cone. Where the direction moves little compared with the cones, or little until a corner
+lands for certain, the corners whose cones it may enter are found from neighbour to
+neighbour, starting at the lowest.
 """
 
 import math
@@ -63,10 +64,13 @@ def detect_event(
     step = work.clock[layout.STEP]
     # Out of reach while the centre of mass stays a radius above the plate, in flight.
     if min(z, z + step * (work.state[layout.V] - 0.5 * step)) <= 1.0:
-        landing, corner, close = first_landing(body, rules, work, last, first)
+        landing, corner, close, end = first_landing(body, rules, work, last, first)
         if landing < first:
             first = landing
             kind = LANDING
+        elif first > end:
+            first = end
+            kind = NOTHING
     return Event(kind, min(first, 1.0), corner, close)
 
 
@@ -115,17 +119,18 @@ def first_landing(
     work: layout.Work,
     last: int,
     limit: float,
-) -> tuple[float, int, int]:
+) -> tuple[float, int, int, float]:
     """When the first corner reaches the plate, if that is before a given fraction.
 
     Contact is a height of at most 0 that falls: a corner that is a rounding below the
     plate and moves up touches nothing.
-    Returns infinity if none does; the corner; number of corners in `work.candidates`.
+    Returns infinity if none does; the corner; number of corners in `work.candidates`;
+    the fraction up to which it has looked.
     """
     first = math.inf
     corner = -1
     is_flying = work.tally[layout.MODE] == layout.FLIGHT
-    count = list_candidates(body, rules, work, last)
+    count, end = list_candidates(body, rules, work, last)
     for i in range(count):
         put_soonest_first(work.candidates, work.landing_bound, i, count)
         if work.landing_bound[i] > min(first, limit, 1.0):
@@ -142,7 +147,7 @@ def first_landing(
         if leading_zeros == 0 and work.polynomial[0] <= 0.0:
             leading_zeros = _zeros_on_plate(work)
             if leading_zeros == 0:
-                return 0.0, j, count
+                return 0.0, j, count, end
         if leading_zeros > 0 and work.polynomial[0] > JUST_TOUCHING:
             for k in range(1, leading_zeros):
                 work.polynomial[k] = 0.0
@@ -159,7 +164,7 @@ def first_landing(
         if zero < first:
             first = zero
             corner = j
-    return first, corner, count
+    return first, corner, count, end
 
 
 @inlined
@@ -199,6 +204,16 @@ That is a fraction of one corner if they are spread evenly; for more the balls a
 faster.
 """
 
+ROLLING_TURN = 0.12
+"""They are likewise up to this turn, for any number, until a landing that is certain.
+
+What rolls goes over a few corners until then, while a ball around some corners reaches
+far below a surface that is nearly level.
+"""
+
+SURE = 1.0 + 1e-6
+"""Factor by which a landing that is certain may come later, for rounding."""
+
 CUBIC = 3
 """Last coefficient of a height that is taken as it is rather than by its size."""
 
@@ -206,30 +221,63 @@ CUBIC = 3
 @inlined
 def list_candidates(
     body: layout.DropBody, rules: layout.DropRules, work: layout.Work, last: int
-) -> int:
-    """List the corners that may touch during the step; return their number.
+) -> tuple[int, float]:
+    """List the corners that may touch during the step, or until one lands for certain.
 
-    Those that come within what counts as touching are among them. `landing_bound` tells
-    the fraction before which each does not touch.
+    Returns their number and the fraction of the step up to which they are listed. Those
+    that come within what counts as touching are among them. `landing_bound` tells the
+    fraction before which each does not touch.
     """
     series = work.series
     if last < CUBIC:
         write_row(series, CUBIC, layout.PS, Vec3(0.0, 0.0, 0.0))
         series[CUBIC, layout.ZS] = 0.0
-    direction_change = curvature = 0.0
+    turn = curvature = 0.0
     for k in range(1, last + 1):
         size = length(read_row(series, k, layout.PS))
-        direction_change += size
+        turn += size
         if k > CUBIC:
             curvature += size + abs(series[k, layout.ZS])
-    if (
-        body.neighbour.shape[0] > 0
-        and direction_change * direction_change * body.x.shape[0] < SPREAD_LIMIT
-    ):
-        return search_neighbours(
-            body, work, direction_change, curvature, rules.touching
-        )
-    return search_balls(body, work, curvature, rules.touching)
+    end = 1.0
+    by_neighbours = False
+    if body.neighbour.shape[0] > 0:
+        by_neighbours = turn * turn * body.x.shape[0] < SPREAD_LIMIT
+        if not by_neighbours and turn < ROLLING_TURN:
+            end = min(end, _sure_landing(body, rules, work, curvature))
+            by_neighbours = end < 1.0
+    if by_neighbours:
+        search = Search(end, end * turn, curvature, rules.touching)
+        return search_neighbours(body, work, search), end
+    return search_balls(body, work, curvature, rules.touching), 1.0
+
+
+class Search(NamedTuple):
+    """What bounds a search for corners that may touch."""
+
+    end: float  # fraction of the step up to which it looks
+    turn: float  # change of the vertical direction until then, at most
+    curvature: float  # of a height, besides that of its parabola
+    margin: float  # height that counts as touching
+
+
+@inlined
+def _sure_landing(
+    body: layout.DropBody, rules: layout.DropRules, work: layout.Work, curvature: float
+) -> float:
+    """Fraction of the step by which the corner that is rolled on to has surely landed.
+
+    Infinite where that is not certain: what touches already, and does not rise, may
+    stay there.
+    """
+    if work.tally[layout.EXPECTED] < 0:
+        return math.inf
+    r = layout.corner_of(body, work.tally[layout.EXPECTED])
+    path = _path_below(work.series, r, curvature)
+    is_slow = path.slope <= AT_REST * work.clock[layout.STEP]
+    if path.height <= rules.touching and is_slow:
+        return math.inf
+    bend = 2.0 * curvature + abs(_cubic(work.series, r))
+    return SURE * time_to_plate(Path(path.height, path.slope, path.curve + bend))
 
 
 @inlined
@@ -239,36 +287,31 @@ def search_balls(
     """Candidates by way of the balls."""
     ball = body.ball
     ball_range = body.ball_range
+    whole_step = Search(1.0, math.inf, curvature, margin)
     count = node = 0
     while node < ball.shape[0]:
         path = _path_below(
             work.series, read_row(ball, node, layout.BALL_CENTRE), curvature
         )
-        if _lowest_height(path) - ball[node, layout.BALL_RADIUS] > margin:
+        if _lowest_height(path, 1.0) - ball[node, layout.BALL_RADIUS] > margin:
             node = ball_range[node, layout.BALL_NEXT]
             continue
         if ball_range[node, layout.BALL_NEXT] == node + 1:
             for j in range(
                 ball_range[node, layout.BALL_BEGIN], ball_range[node, layout.BALL_END]
             ):
-                count = _list_corner(body, work, j, curvature, margin, count)
+                count = _list_corner(body, work, j, whole_step, count)
         node += 1
     return count
 
 
 @inlined
-def search_neighbours(
-    body: layout.DropBody,
-    work: layout.Work,
-    direction_change: float,
-    curvature: float,
-    margin: float,
-) -> int:
-    """Candidates by way of the neighbours: cones within `direction_change`."""
+def search_neighbours(body: layout.DropBody, work: layout.Work, search: Search) -> int:
+    """Candidates by way of the neighbours: cones within the turn."""
     work.tally[layout.SEARCH] += 1
-    search = work.tally[layout.SEARCH]
+    number = work.tally[layout.SEARCH]
     lowest = _find_lowest_corner(body, work)
-    work.last_search[lowest] = search
+    work.last_search[lowest] = number
     work.queue[0] = lowest
     begin = 0
     end = 1
@@ -277,16 +320,17 @@ def search_neighbours(
     while begin < end:
         j = work.queue[begin]
         begin += 1
-        count = _list_corner(body, work, j, curvature, margin, count)
+        count = _list_corner(body, work, j, search, count)
         for k in range(body.neighbour_start[j], body.neighbour_start[j + 1]):
             i = body.neighbour[k]
-            if work.last_search[i] == search:
+            if work.last_search[i] == number:
                 continue
             rise = dot(
                 up, subtract(layout.corner_of(body, i), layout.corner_of(body, j))
             )
-            if abs(rise) <= direction_change * body.neighbour_distance[k] + margin:
-                work.last_search[i] = search
+            reach = search.turn * body.neighbour_distance[k] + search.margin
+            if abs(rise) <= reach:
+                work.last_search[i] = number
                 work.queue[end] = i
                 end += 1
     return count
@@ -328,12 +372,11 @@ class Path(NamedTuple):
 @inlined
 def _path_below(series: Array, r: Vec3, curvature: float) -> Path:
     """Parabola that the height of a point does not go below during the step."""
-    cubic = dot_from(series[CUBIC, layout.ZS], read_row(series, CUBIC, layout.PS), r)
     return Path(
         dot_from(series[0, layout.ZS], read_row(series, 0, layout.PS), r),
         dot_from(series[1, layout.ZS], read_row(series, 1, layout.PS), r),
         dot_from(
-            series[2, layout.ZS] - curvature + min(cubic, 0.0),
+            series[2, layout.ZS] - curvature + min(_cubic(series, r), 0.0),
             read_row(series, 2, layout.PS),
             r,
         ),
@@ -341,11 +384,16 @@ def _path_below(series: Array, r: Vec3, curvature: float) -> Path:
 
 
 @inlined
-def _lowest_height(path: Path) -> float:
-    """Lowest value for 0 <= x <= 1."""
-    if 0.0 < -path.slope < 2.0 * path.curve:
+def _cubic(series: Array, r: Vec3) -> float:
+    return dot_from(series[CUBIC, layout.ZS], read_row(series, CUBIC, layout.PS), r)
+
+
+@inlined
+def _lowest_height(path: Path, end: float) -> float:
+    """Lowest value for 0 <= x <= `end`."""
+    if 0.0 < -path.slope < 2.0 * end * path.curve:
         return path.height - path.slope * path.slope / (4.0 * path.curve)
-    return min(path.height, path.height + path.slope + path.curve)
+    return min(path.height, path.height + end * path.slope + end * end * path.curve)
 
 
 @inlined
@@ -365,16 +413,11 @@ def time_to_plate(path: Path) -> float:
 
 @inlined
 def _list_corner(
-    body: layout.DropBody,
-    work: layout.Work,
-    j: int,
-    curvature: float,
-    margin: float,
-    count: int,
+    body: layout.DropBody, work: layout.Work, j: int, search: Search, count: int
 ) -> int:
     """List a corner unless its parabola stays above; return the new length."""
-    path = _path_below(work.series, layout.corner_of(body, j), curvature)
-    if _lowest_height(path) > margin:
+    path = _path_below(work.series, layout.corner_of(body, j), search.curvature)
+    if _lowest_height(path, search.end) > search.margin:
         return count
     work.candidates[count] = j
     work.landing_bound[count] = time_to_plate(path)

@@ -86,6 +86,7 @@ def _release_body(
     tally[layout.MODE] = layout.FLIGHT
     tally[layout.VERTICES] = 0
     tally[layout.LOWEST] = 0
+    tally[layout.EXPECTED] = -1
     tally[layout.IMPACTS] = 0
     tally[layout.EVENTS] = 0
     tally[layout.LIMIT] = rules.most_steps

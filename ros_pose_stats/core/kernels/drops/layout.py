@@ -63,7 +63,7 @@ DIRECTION = 3  # 3, 4, 5: direction of the edge, 0 for none
 LENGTH = 6  # of the edge, 1 for none
 CONTACT = 7
 
-# tally (7,)
+# tally (8,)
 MODE = 0
 VERTICES = 1  # touching vertices in `near`
 IMPACTS = 2
@@ -71,7 +71,8 @@ EVENTS = 3  # impacts and steps
 LOWEST = 4  # a low corner, where the last event was
 SEARCH = 5  # number of the last search
 LIMIT = 6  # of EVENTS, where the drop is given up or granted more
-TALLY = 7
+EXPECTED = 7  # neighbour that it is expected to roll on to, -1 for none
+TALLY = 8
 
 # clock (5,)
 TIME = 0
@@ -188,7 +189,7 @@ class Work(NamedTuple):
     contact: Array  # (7,)
     frame: Array  # (3, 4)
     clock: Array  # (5,)
-    tally: Index  # (7,)
+    tally: Index  # (8,)
     support: Index  # (2,) vertices in contact, -1 for none
     vertices: Index  # (C,) touching vertices
     rest_order: Index  # (C,) 1 where one has been brought to rest, 2 if released

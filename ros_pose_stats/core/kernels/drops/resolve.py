@@ -171,6 +171,7 @@ def _expect_landing(
     state = work.state
     tally = work.tally
     lowest_height = time_expected = math.inf
+    tally[layout.EXPECTED] = -1
     for i in range(tally[layout.VERTICES]):
         j = work.vertices[i]
         height = layout.corner_height(state, body, j)
@@ -183,9 +184,13 @@ def _expect_landing(
         if body.neighbour.shape[0] == 0:
             continue
         for k in range(body.neighbour_start[j], body.neighbour_start[j + 1]):
-            path = _path_of_vertex(body, work, body.neighbour[k])
+            neighbour = body.neighbour[k]
+            path = _path_of_vertex(body, work, neighbour)
             if path.height > rules.touching:
-                time_expected = min(time_expected, time_to_plate(path))
+                landing_time = time_to_plate(path)
+                if landing_time < time_expected:
+                    time_expected = landing_time
+                    tally[layout.EXPECTED] = neighbour
     work.clock[layout.EXPECTED_LANDING] = LANDING_MARGIN * time_expected
 
 
