@@ -23,6 +23,7 @@ import pytest
 
 from lab.bodies import shapes
 from lab.bodies.variants import subdivided
+from ros_pose_stats import load_part, sensitivity
 from tests.answers import METHODS, write_stl
 from tests.running import answer, answer_json
 
@@ -187,6 +188,20 @@ def test_changes_are_in_a_table_and_on_the_part(report):
     assert page.named(
         "The part from two sides, coloured where to add and where to take away"
     )
+
+
+@pytest.mark.long
+def test_changes_are_those_of_the_command_and_the_library(report, parts):
+    page, _ = report
+    _, _, changes = page.text.partition("Which change of the part feeds better ")
+    gain, goal, *_ = answer(
+        "sensitivity", parts / "box.stl", "--unit", "mm", "--wanted", "0,1"
+    ).splitlines()
+    goal = goal.removeprefix("box: ").removesuffix(", in brackets 90 % intervals")
+    assert changes.lower().startswith(gain) and f"As it is: {goal}." in changes
+    by_library = sensitivity(load_part(parts / "box.stl", unit="mm"), [0, 1])
+    assert by_library.describe_gain() == gain
+    assert by_library.describe_goal() == goal
 
 
 def test_all_can_be_had_again(report, estimated):
