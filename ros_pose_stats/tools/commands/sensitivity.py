@@ -341,6 +341,7 @@ def suggestion_table(suggestion: "Suggestion") -> list[str]:
         for step in suggestion.steps
     ]
     gain = suggestion.gain
+    center = " ".join(f"{1e3 * x:.6g}mm" for x in suggestion.center_of_mass.tolist())
     lines = [
         f"suggestion within {bound}: {bounded_percent(suggestion.dropped_before)} -> "
         f"{bounded_percent(suggestion.dropped_after)}, {points(gain.value)} points "
@@ -356,6 +357,7 @@ def suggestion_table(suggestion: "Suggestion") -> list[str]:
         "together",
         f"the outline moves by {1e3 * suggestion.outline:.3f} mm, the centre of mass "
         f"by {1e3 * suggestion.center_shift:.3f} mm",
+        f"with the hull of --stl: --com {center}",
         "",
     ]
 

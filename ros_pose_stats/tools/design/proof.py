@@ -94,6 +94,11 @@ def judge_together(gains: Sequence[PairedDifference]) -> tuple[PairedDifference,
     )
 
 
+def is_known(gain: PairedDifference) -> bool:
+    """Whether the interval of a gain is as narrow as more drops would be for."""
+    return 0.5 * (gain.high - gain.low) <= KNOWN_GAIN
+
+
 def is_gain(gain: PairedDifference) -> bool:
     """Whether drops show a gain, and not what a step without one comes to by chance.
 

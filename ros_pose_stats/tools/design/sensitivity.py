@@ -178,9 +178,15 @@ class Sensitivity:
                 f"{points(effect.change)} by estimate"
             )
         if self.checked:
+            steps = "step"
+            if len(self.checked) > 1:
+                steps = f"{len(self.checked)} steps"
+            ending = "; more drops may"
+            if all(proof.is_known(check) for _, check in self.checked):
+                ending = f", to {100.0 * proof.KNOWN_GAIN:g} points"
             return (
-                f"no gain is sure: of the best {several(len(self.checked), 'step')} by "
-                f"estimate, {self.drops} drops show none; more drops may"
+                f"no gain is sure: of the best {steps} by estimate, {self.drops} drops "
+                f"show none{ending}"
             )
         promising = [effect for effect in self.effects if effect.is_promising]
         if promising:

@@ -88,6 +88,13 @@ class Suggestion:
         """Standard error of the estimated gain."""
         return sensitivity.effect_error(self.after - self.before, 0.0)
 
+    @property
+    def center_of_mass(self) -> Array:
+        """Of the changed part, in the frame of the old one, metres."""
+        return without_rounding(
+            self.changed.part.center_of_mass, self.space.body.radius
+        )
+
     def as_dict(self) -> dict[str, Any]:
         """Plain values; lengths in metres, shares as fractions."""
         space = self.space
@@ -123,9 +130,7 @@ class Suggestion:
                     "after": self.dropped_after,
                     "gain": describe.difference_as_dict(self.gain),
                 },
-                "center_of_mass": without_rounding(
-                    self.changed.part.center_of_mass, space.body.radius
-                ),
+                "center_of_mass": self.center_of_mass,
                 "drops": self.drops,
                 "seed": self.seed,
                 "seconds": self.seconds,

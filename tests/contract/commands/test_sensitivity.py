@@ -19,7 +19,7 @@ import re
 import numpy as np
 import pytest
 
-from ros_pose_stats import load_part, sensitivity
+from ros_pose_stats import load_part, sensitivity, simulate
 from tests.running import answer, answer_json, refusal
 
 ASKED = (
@@ -106,6 +106,24 @@ def test_the_changed_hull_and_the_picture_are_written(suggested):
     assert np.abs(size - (0.02, 0.03, 0.04)).max() <= 2e-3 * (1.0 + 1e-5)
     assert imread(folder / "changes.png").std() > 0.0
     assert len(list(folder.iterdir())) == 2
+
+
+def test_the_changed_hull_has_the_gain_with_the_centre_of_mass_that_is_told(
+    suggested, table
+):
+    values, folder = suggested
+    words = re.search(
+        r"^with the hull of --stl: --com (\S+)mm (\S+)mm (\S+)mm$", table, re.M
+    )
+    center = [1e-3 * float(word) for word in words.groups()]
+    np.testing.assert_allclose(
+        center, values["suggestion"]["center_of_mass"], atol=1e-6
+    )
+    part = load_part(folder / "hull.stl", unit="mm", center_of_mass=center)
+    dropped = simulate(part, 2000, seed=5).column("probability")
+    assert values["wanted"] == [2, 3]
+    after = values["suggestion"]["by_drops"]["after"]
+    assert after["low"] - 0.02 < dropped[2] + dropped[3] < after["high"] + 0.02
 
 
 class TestTable:

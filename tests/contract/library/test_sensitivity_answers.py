@@ -130,6 +130,21 @@ def test_drops_end_where_the_gains_are_known(heavy):
     assert 1000 <= analysis.drops < 10_000
 
 
+@pytest.mark.parametrize(
+    ("drops", "ending"),
+    [
+        (100, "100 drops show none; more drops may"),
+        (20_000, "show none, to 1.25 points"),
+    ],
+)
+def test_more_drops_are_advised_only_where_they_would_be_made(drops, ending):
+    box = part_from_mesh(*shapes.box(20e-3, 30e-3, 40e-3))
+    analysis = sensitivity(box, [2, 3], step=3e-4, checks=1, drops=drops)
+    words = analysis.describe_gain()
+    assert words.startswith("no gain is sure: of the best step by estimate, ")
+    assert words.endswith(ending)
+
+
 def test_what_gains_is_listed_by_drops(heavy):
     part, wanted_poses = heavy
     analysis = sensitivity(part, wanted_poses, drops=3000, seed=3)
