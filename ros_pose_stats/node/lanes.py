@@ -72,6 +72,7 @@ MOST_WAITING = {
     Lane.OUTLINE: (16, "requests for outlines and plans"),
     Lane.FIT: (16, "fits of plates"),
     Lane.FILE: (16, "files of meshes"),
+    Lane.RECORD: (256, "records behind a mesh"),
 }
 MOST_LARGE_REQUESTED = (8, "large meshes with their requests")
 """Each may take a minute, and somebody waits for it."""
@@ -163,6 +164,17 @@ class Lanes:
                 self._insert(self._lane_to_wait_in(task), task)
         return task.future
 
+    def record(self, act: Callable[[], T]) -> Future[T]:
+        """Queue what goes on record; where that lane is full or closed it is done here.
+
+        Nobody sends counts again, and who sends too many has to wait.
+        """
+        most, _ = MOST_WAITING[Lane.RECORD]
+        with self._changed:
+            if not self.is_closed and len(self._waiting[Lane.RECORD]) < most:
+                return self.put(act, Rank.WHEN_IDLE, Lane.RECORD)
+        return finished_future(act())
+
     def _tasks(self, *lanes: Lane) -> Iterator[_Task]:
         """All that wait or are in hand, but for those that wait for an idle node."""
         for lane in lanes:
@@ -243,9 +255,12 @@ class Lanes:
             del task  # which holds on to a mesh
 
     def _next(self, lane: Lane) -> _Task | None:
-        """The next task that is to be done in a lane; none once all is closed."""
+        """The next task that is to be done in a lane; none once all is closed.
+
+        What is to be recorded is done before.
+        """
         with self._changed:
-            while not self.is_closed:
+            while not self.is_closed or (lane is Lane.RECORD and self._waiting[lane]):
                 task = self._find_next(lane)
                 if task is None:
                     self._changed.wait()
@@ -279,14 +294,11 @@ class Lanes:
             )
 
     def close(self) -> None:
-        """Drop what waits, and finish what soon is."""
+        """Drop what waits, but for records, and finish what soon is."""
         with self._changed:
             self.is_closed = True
-            dropped = list(itertools.chain(*self._waiting.values()))
-            self._waiting = {lane: [] for lane in Lane}
             self._changed.notify_all()
-        for task in dropped:
-            task.future.cancel()
+        self._drop(set(Lane) - {Lane.RECORD})
         end = time.monotonic() + LAST_SECONDS
         for lane, thread in self._threads.items():
             if thread.is_alive():
@@ -294,3 +306,12 @@ class Lanes:
             in_hand = self._in_hand[lane]
             if thread.is_alive() and in_hand is not None:
                 in_hand.future.cancel()  # nobody waits for it
+        self._drop({Lane.RECORD})
+
+    def _drop(self, lanes: set[Lane]) -> None:
+        """Cancel what waits in some lanes."""
+        with self._changed:
+            dropped = [task for lane in lanes for task in self._waiting[lane]]
+            self._waiting |= {lane: [] for lane in lanes}
+        for task in dropped:
+            task.future.cancel()

@@ -34,7 +34,7 @@ from ...core.records.scene import DEFAULT_SEED, numbering_of
 from ...core.resting.poses import resting_poses
 from ...core.simulation.request import Watch, drop_request
 from ..equipment import Equipment
-from ..lanes import Lane, Rank, finished_future
+from ..lanes import finished_future
 from ..memory import Memory
 from ..messages import part_requests, statistics_messages
 from ..recorder import PART_MESH, POSE_STATISTICS
@@ -431,10 +431,9 @@ class KnownPart:
 
         To read that is no work for a callback.
         """
-        lanes = self._equipment.lanes
-        if lanes.is_closed or self._is_introduced():
+        if self._is_introduced():
             return finished_future(act())
-        return lanes.put(act, Rank.WHEN_IDLE, Lane.RECORD)
+        return self._equipment.lanes.record(act)
 
     def _is_introduced(self) -> bool:
         """Whether the bag has the mesh."""

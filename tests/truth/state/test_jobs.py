@@ -100,7 +100,7 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
         return len(had) - 1 != lost
 
     equipment = equipment_of(
-        Mock(is_closed=True), state, MagicMock(), plate=""
+        Mock(record=lambda act: finished_future(act())), state, MagicMock(), plate=""
     )._replace(recorder=Mock(record=record, last_problem="no room"))
     result = PoseStatistics(
         cluster_tolerance=0.0025, round_sides=192, poses=[StablePose()]
