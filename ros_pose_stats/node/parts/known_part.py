@@ -444,11 +444,11 @@ class KnownPart:
         """Record the mesh once a bag, and what is latched if it is not recorded yet."""
         if self._is_introduced():
             return
+        message = self.source.mesh()  # while nobody waits for the lock
         recorder = self._equipment.recorder
-        with self.lock:  # another thread may be at it
-            if self._is_introduced():
+        with self.lock:
+            if self._is_introduced():  # another thread was at it
                 return
-            message = self.source.mesh()
             if message is None or not recorder.record(PART_MESH, message):
                 return
             # The bag may be a new one by now, and this its first record.

@@ -15,11 +15,11 @@
 import threading
 import weakref
 from collections.abc import Callable
-from typing import BinaryIO
 
 from ...core.records import Part
 from ..memory import Memory
 from ..state import State
+from ..state.mesh_files import ReadMesh
 
 PartKey = tuple[str, bytes]
 """The name of a part, and the digest of what makes it."""
@@ -40,11 +40,11 @@ class PartSource:
         self._build = build
         self._state = state
         self._building = threading.Lock()
-        self._reading = threading.Lock()
         # a part that stays in memory, since the state has not its mesh, or has no more
         self.unstored: Part | None = None
-        # of the mesh, once the state is to lose it; closed with the last who has it
-        self._file: BinaryIO | None = None
+        # what reads the mesh, once the state is to lose it, out of a file that is open
+        # as long as somebody has this
+        self._read: ReadMesh | None = None
         # the part that was there last, which who works on it may still have
         self._last: Callable[[], Part | None] = lambda: None
 
@@ -65,19 +65,19 @@ class PartSource:
 
     def mesh(self) -> bytes | None:
         """The mesh as a message, out of a file: no work for a callback either."""
-        stored_mesh = self._state.mesh(self._key[0])
-        # Only now, since the state may just have lost it.
-        file = self._file
-        if file is None:
-            return stored_mesh
-        with self._reading:
-            file.seek(0)
-            return file.read()
+        read = self._read
+        if read is None:
+            stored_mesh = self._state.mesh(self._key[0])
+            read = self._read
+            if read is None:
+                return stored_mesh
+        # The state has lost it, be it just now, and may have another one.
+        return read()
 
     def detach(self) -> None:
         """Do without the state from now on, which is to lose the mesh; reads nothing."""
         self.unstored = self.part
-        self._file = self._state.open_mesh(self._key[0])
+        self._read = self._state.open_mesh(self._key[0])
 
     def attach(self) -> None:
         """Let memory decide how long it has the part: the state has the mesh now."""
@@ -85,4 +85,4 @@ class PartSource:
             self._built_parts.put(self._key, self.unstored)
             self._last = weakref.ref(self.unstored)
             self.unstored = None
-        self._file = None
+        self._read = None

@@ -18,15 +18,18 @@ alone, and so it asks for a removal only of what it has written.
 
 import hashlib
 import re
-from collections.abc import Iterable
+import threading
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import BinaryIO
 
 from ...base import files
 
 LEAST_BYTES = 64 * 2**10
 """Of a mesh that lies in a file: SQLite would write it twice."""
+
+ReadMesh = Callable[[], bytes | None]
+"""Reads a mesh; None where it is gone, or damaged."""
 
 _NAME = re.compile("[0-9a-f]{64}")
 
@@ -55,13 +58,26 @@ class MeshFiles:
                 return message
         return None
 
-    def open(self, name: str) -> BinaryIO | None:
-        """A file that can be read also once it is removed; None where there is none."""
+    def open(self, name: str) -> ReadMesh:
+        """What reads a mesh as `read` does, also once its file is removed."""
+        opened = []
         if _NAME.fullmatch(name):
             for folder in (self.folder, *self.older_folders):
                 with suppress(OSError):
-                    return files.open_file(folder / name)
-        return None
+                    opened.append(files.open_file(folder / name))
+        lock = threading.Lock()  # of their places
+
+        def read() -> bytes | None:
+            with lock:
+                for file in opened:
+                    with suppress(OSError):
+                        file.seek(0)
+                        message = file.read()
+                        if name_of(message) == name:
+                            return message
+            return None
+
+        return read
 
     def has(self, name: str) -> bool:
         """Whether there is anything under a name in the folder itself."""

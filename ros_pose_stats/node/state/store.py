@@ -18,9 +18,7 @@ import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
-from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO
 
 from ...base import errors, files
 from . import mesh_files, tables
@@ -186,13 +184,13 @@ class State:
         _, message, name = row
         return self.meshes.read(name) if name else message
 
-    def open_mesh(self, part_id: str) -> BinaryIO | None:
-        """The mesh of a part, to be read also once the state has lost it."""
+    def open_mesh(self, part_id: str) -> mesh_files.ReadMesh:
+        """What reads the mesh of a part as `mesh` does, also once the state lost it."""
         row = self.get("meshes", part_id)
         if row is None:
-            return None
+            return lambda: None
         _, message, name = row
-        return self.meshes.open(name) if name else BytesIO(message)
+        return self.meshes.open(name) if name else lambda: message
 
     def close(self) -> bool:
         """Write what waits, and let go of the file; whether all of it is written."""

@@ -179,6 +179,51 @@ def test_a_part_that_has_left_memory_is_built_when_its_name_is_gone(
     assert part.geometry.digest == part.digest
 
 
+def stored_file(folder):
+    """Of the only large mesh of a state."""
+    (file,) = (folder / "state.sqlite3.meshes").iterdir()
+    return file
+
+
+def test_a_damaged_file_of_a_part_that_is_forgotten_is_no_mesh(registry_of, tmp_path):
+    registry = registry_of(100_000)
+    part = known_part(registry, fine_box(3000), "part")
+    known_part(registry, WEDGE, "other")
+    file = stored_file(tmp_path)
+    content = file.read_bytes()
+    registry.forget(part)
+    assert part.source.mesh() == content
+    with file.open("r+b") as stream:
+        stream.write(bytes(100))
+    assert part.source.mesh() is None
+    with pytest.raises(MeshError, match="none that is as it was written"):
+        _ = part.geometry
+
+
+def test_nobody_waits_for_a_part_while_its_mesh_is_read_for_the_bag(registry_of):
+    registry = registry_of(10**7)
+    part = known_part(registry, WEDGE, "part")
+    part.commons.introduced.drop(lambda key: True)
+    begun = threading.Event()
+    may_end = threading.Event()
+
+    def read():
+        begun.set()
+        may_end.wait()
+        return b"mesh"
+
+    part.source.mesh = read
+    thread = threading.Thread(target=part.introduce)
+    thread.start()
+    assert begun.wait(60.0)
+    is_free = part.lock.acquire(blocking=False)
+    if is_free:
+        part.lock.release()
+    may_end.set()
+    thread.join()
+    assert is_free
+
+
 def test_a_part_is_drawn_when_it_has_left_memory(registry_of):
     registry = registry_of(100_000)
     part = known_part(registry, fine_box(3000), "part")
