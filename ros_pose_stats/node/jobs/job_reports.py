@@ -34,7 +34,7 @@ from ..parts.known_part import KnownPart
 from ..parts.registry import PartRegistry
 from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS
 from ..state import Change
-from .run import Job, JobListener, State
+from .run import PART_GONE, Job, JobListener, State
 
 MOST_ENDED = 1000  # finished jobs that can still be asked for
 # of the results of ended jobs; older ones are in the bag only
@@ -150,7 +150,7 @@ class JobReports(JobListener):
         now = time.monotonic()
         part = self._part_of(job)
         if part is None and job.request.refinement and not job.cancel_reason:
-            job.cancel_reason = "the part was forgotten or has changed"
+            job.cancel_reason = PART_GONE
         if snapshot is None or not snapshot.drops > snapshot.unsettled:
             return
         if now - self._stored_at >= SECONDS_BETWEEN:

@@ -29,7 +29,16 @@ from ..messages.codes import BusyError, code_of, describe_error, refusal_at_end
 from ..parts.known_part import KnownPart
 from ..refusals import Health
 from ..stop_signals import finish_within
-from .run import GAVE_WAY, Job, JobListener, JobRequest, State, Stop, run_drops
+from .run import (
+    GAVE_WAY,
+    PART_GONE,
+    Job,
+    JobListener,
+    JobRequest,
+    State,
+    Stop,
+    run_drops,
+)
 
 Run = Callable[[Job, Part, JobListener, Stop], PoseStatistics | FlipStatistics]
 """Computes what a job asks for, as `run_drops` does."""
@@ -124,10 +133,19 @@ class Jobs:
     def cancel_refinement(
         self, part_id: str, reason: str, but: JobRequest | None
     ) -> None:
-        """Ask the refinements of a part to end, but for one that is wanted anew."""
+        """Ask the refinements of a part to end, but for one that is wanted anew.
+
+        Those of parts that are gone end with them: they hold on to these.
+        """
         for job in self.all():
-            if job.request.refinement and job.part_id == part_id and job.request != but:
-                self.cancel(job.job_id, reason)
+            if not job.request.refinement:
+                continue
+            part = job.find_part()
+            if job.part_id == part_id:
+                if job.request != but:
+                    self.cancel(job.job_id, reason)
+            elif part is not None and not part.is_current:
+                self.cancel(job.job_id, PART_GONE)
 
     def get(self, job_id: str) -> Job | None:
         """A job by its id, as long as it has not ended."""

@@ -48,6 +48,7 @@ SNAPSHOT_SHARE = 0.05  # of the time, for snapshots of parts with thousands of p
 MOST_POSES = 1000  # a transition matrix of more takes tens of megabytes
 REMEMBERED = 4_000_000  # transitions, of which each takes some 24 bytes
 GAVE_WAY = "it gave way to what clients asked for"
+PART_GONE = "the part was forgotten or has changed"
 
 
 class State(IntEnum):

@@ -81,6 +81,34 @@ def test_a_refinement_that_gave_way_begins_again_though_the_client_cancels():
     jobs.close("")
 
 
+def test_refinements_that_wait_let_go_of_parts_that_are_gone():
+    """Each part may hold on to an open file, and many may be forgotten meanwhile."""
+    may_end = threading.Event()
+    jobs = Jobs(
+        "run",
+        JobListener(),
+        print,
+        lambda *_: Mock(drops=1, warnings=(), seconds=may_end.wait(60.0)),
+    )
+    parts = [Mock(part_id=f"part {number}", is_current=True) for number in range(4)]
+    refinements = [
+        jobs.submit(
+            JobRequest(part.part_id, b"", DropScene(), 1, 1, 0.0, 600.0, True),
+            finished_future(part),
+            Mock(),
+        )
+        for part in parts
+    ]
+    while jobs.running_job is None:
+        time.sleep(0.001)
+    parts[2].is_current = False
+    jobs.cancel_refinement("part 3", "the part has changed", None)
+    cancelled = [job.state is State.CANCELLED for job in refinements]
+    may_end.set()
+    jobs.close("")
+    assert cancelled == [False, False, True, True]
+
+
 @pytest.mark.filterwarnings(
     "ignore::DeprecationWarning"
 )  # of a library that reads messages
