@@ -88,7 +88,7 @@ def run(folder: Path, *words: str) -> Run:
     command = " ".join([sys.executable, "-m", "ros_pose_stats", '"$@"'])
     with (
         (folder / "output").open("w+") as output,
-        (folder / "errors").open("w+") as (errors),
+        (folder / "errors").open("w+") as errors,
     ):
         process = subprocess.Popen(
             ["/bin/sh", "-c", limit + command, "sh", *words],
