@@ -204,7 +204,10 @@ def flips_by_kick(
     on_kick: OnCount = None,
 ) -> list[FlipStatistics]:
     """Flips at several kick heights, at the same points, as far as complete."""
-    heights = sorted({check_kick(kick) for kick in kicks})
+    # What is refused is refused before the first flip.
+    heights = sorted(
+        {check_kick(kick, drop_body.drop_body(part, scene).radius) for kick in kicks}
+    )
     results = []
     for number, height in enumerate(heights):
         if on_kick is not None:

@@ -266,7 +266,8 @@ class PlanFeedingServer(GoalServer[Plan]):
         settings = self._settings()
         flips: list[FlipStatistics] = []
         has_room = False
-        kicks = sorted({check_kick(height) for height in heights})
+        radius = latched.message.radius
+        kicks = sorted({check_kick(height, radius) for height in heights})
         plan.kick_heights_total = len(kicks)
         for height in kicks:
             key = run.flip_key(part.digest, latched.scene, height)

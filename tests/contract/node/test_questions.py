@@ -335,6 +335,14 @@ class TestPlan:
             kick_heights=[-1],
             **ASKED,
         )
+        assert "a kick height of 0 m or more and at most" in refused_plan(
+            cell,
+            part_id=part_id,
+            plate_length=0.3,
+            plate_width=0.2,
+            kick_heights=[0.011, 1e99],
+            **ASKED,
+        )
 
     def test_a_part_of_many_triangles_is_planned_too(self, tuned):
         """In a process of its own."""

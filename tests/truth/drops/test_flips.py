@@ -21,8 +21,10 @@ from scipy.stats import chi2_contingency
 from lab.bodies import shapes
 from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import DropScene, part_from_mesh, simulate, simulate_flips
+from ros_pose_stats.base.errors import RequestError
 from ros_pose_stats.core.simulation import flips
 from ros_pose_stats.core.simulation.drop_body import drop_body
+from ros_pose_stats.core.simulation.request import drop_request
 from tests.truth.drops.recorded import AS_ROUNDED, EXACT, SURE, as_dropped
 from tests.truth.reference.drop_solver import reference_flip
 
@@ -177,3 +179,16 @@ def test_workers_and_stops_change_nothing(box):
     longer = simulate_flips(box, 1.0, -(-cut.flips // 6), seed=7)
     assert (longer.counts - cut.counts).sum() == longer.flips - cut.flips
     assert (longer.counts >= cut.counts).all()
+
+
+def test_a_kick_too_high_is_refused_before_any_flip(box):
+    begun = []
+    with pytest.raises(RequestError, match="0 m or more and at most"):
+        flips.flips_by_kick(
+            box,
+            DropScene(),
+            [1.0, 1e99],
+            drop_request(10, 1),
+            on_kick=lambda number, count: begun.append(number),
+        )
+    assert begun == []
