@@ -180,18 +180,20 @@ def _check_physical(tensor: Array) -> None:
             "products of inertia appear twice with the same sign",
         )
     moments, _ = principal_axes(0.5 * (scaled + scaled.T))
+    # As numbers of Python, which become infinite without a warning.
+    shown_moments = [moment * float(size) for moment in moments.tolist()]
     # A needle of 1 : 1e-7 has moments of 1 : 1e-14; eigenvalues are good to 1e-16.
     if moments[0] <= 1e-15 * moments[2]:
         raise MassPropertiesError(
             "positive principal moments of inertia",
-            f"{(moments * size).tolist()} kg m²",
+            f"{shown_moments} kg m²",
             "check signs and units of the tensor",
         )
     if moments[0] + moments[1] < moments[2] * (1.0 - TRIANGLE_INEQUALITY):
         raise MassPropertiesError(
             "principal moments of inertia of which no one exceeds the sum of the "
             "others",
-            f"{(moments * size).tolist()} kg m²",
+            f"{shown_moments} kg m²",
             "products of inertia may have the opposite sign in your CAD system",
         )
 

@@ -223,6 +223,10 @@ def test_flat_and_needle_like_point_sets_are_refused(turn, extents):
             "positive principal moments",
         ),
         (
+            {"mass": 1.0, "inertia": np.full((3, 3), 1e308)},
+            "positive principal moments",
+        ),
+        (
             {"mass": 1.0, "inertia": np.diag([1.0, 1.0, 2.1])},
             "exceeds the sum of the others",
         ),
