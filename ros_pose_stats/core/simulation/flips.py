@@ -220,7 +220,7 @@ def flips_by_kick(
 
 
 def check_kick(kick_height: float, radius: float = math.inf) -> float:
-    """A kick height as a number; for a part of this radius, metres, where it is known."""
+    """A kick height as a number, for a part of this radius in metres, if known."""
     kick = real_number("kick_height", kick_height)
     highest = MOST_KICK_RADII * radius
     if not 0.0 <= kick < math.inf or kick > highest:

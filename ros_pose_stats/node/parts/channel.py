@@ -82,7 +82,7 @@ class Channel(Generic[P]):
         self._note_change()
 
     def close(self) -> bool:
-        """Let the publisher go some time after its farewell; true if that is settled."""
+        """Let the publisher go some time after its farewell; true if settled."""
         with self.lock:
             if self.part is not None or self._publisher is None:
                 return True

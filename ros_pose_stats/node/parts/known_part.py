@@ -427,7 +427,7 @@ class KnownPart:
         return self._equipment.warn_unrecorded(message)
 
     def once_introduced(self, act: Callable[[], T]) -> Future[T]:
-        """Do what puts something of it on record, in a lane where the bag lacks the mesh.
+        """Do what puts something on record, in a lane where the bag lacks the mesh.
 
         To read that is no work for a callback.
         """

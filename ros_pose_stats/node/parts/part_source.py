@@ -75,7 +75,7 @@ class PartSource:
         return read()
 
     def detach(self) -> None:
-        """Do without the state from now on, which is to lose the mesh; reads nothing."""
+        """Do without the state, which is to lose the mesh; reads nothing."""
         self.unstored = self.part
         self._read = self._state.open_mesh(self._key[0])
 

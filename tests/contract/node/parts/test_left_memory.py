@@ -164,7 +164,7 @@ def follow_meshes(node):
 
 
 def test_no_callback_reads_the_mesh_of_a_part_of_an_earlier_run(node_of, client_of):
-    """It goes to the bag before an answer or a count does, and forgetting needs none."""
+    """The bag has it before answers and counts, and forgetting needs none."""
     values = {
         "program": ["-c", WATCHED],
         "max_part_bytes": ROOM,
