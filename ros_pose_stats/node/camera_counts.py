@@ -16,9 +16,10 @@ import math
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import Future
-from contextlib import nullcontext
+from concurrent.futures import CancelledError, Future
+from contextlib import nullcontext, suppress
 from functools import partial
+from itertools import groupby
 from typing import Any, TypeVar
 
 import numpy as np
@@ -220,21 +221,19 @@ class Cameras:
         for counts in sound:
             self._learn(counts)
         self._state.commit()
-        for counts in sound:
-            part = self._parts.current(counts.part_id)
-            record = partial(self._record, part, counts)
-            if part is None:
-                record()
-            else:
-                part.once_introduced(record)
-
-    def _record(self, part: KnownPart | None, counts: PoseCounts) -> None:
-        """Put counts on record, behind the mesh of their part."""
-        if part is not None:
-            part.introduce()
-        # As it was read, not as it came: ROS reads a text that lacks its closing zero
-        # byte, and other readers of bags do not.
-        self._recorder.record(POSE_COUNTS, serialization.serialize_message(counts))
+        # One look at part and bag for all that came of a part in a row.
+        for part_id, series in groupby(sound, lambda counts: counts.part_id):
+            part = self._parts.current(part_id)
+            if part is not None:
+                # Counts keep their order, so they wait for the mesh; at the end of the
+                # node they go without.
+                with suppress(CancelledError):
+                    part.once_introduced(part.introduce).result()
+            for counts in series:
+                # As it was read, not as it came: ROS reads a text that lacks its
+                # closing zero byte, and other readers of bags do not.
+                data = serialization.serialize_message(counts)
+                self._recorder.record(POSE_COUNTS, data)
 
     def _learn(self, counts: PoseCounts) -> None:
         """Learn from counts, or say why not."""
