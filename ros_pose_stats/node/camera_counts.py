@@ -40,11 +40,13 @@ from .recorder import POSE_COUNTS
 from .refusals import COUNTS, MINUTE, SequenceGaps
 
 M = TypeVar("M")
+Taken = list[tuple[bytes, Mapping[str, int]]]  # messages, and what is said of them
 
 # of a camera's message: counts of some 80 000 poses, or some 16 000 parts
 MOST_BYTES = 2**20
 DEPTH = 1000  # messages that wait in the middleware
 MOST_AT_ONCE = 2**22  # bytes of messages that are taken together
+GATHER_SECONDS = 0.02  # in which messages gather that are taken together
 OVERHEAD = 1000  # bytes of a message beside its own, decoded and on its way
 
 
@@ -71,45 +73,46 @@ class BatchSubscription:
         self._lock = threading.Lock()
         self._received: Memory[tuple[int, int, int], bool] = Memory(4 * DEPTH)
         group = callback_groups.MutuallyExclusiveCallbackGroup()
-        self._subscription: Any = equipment.node.create_subscription(
+        subscribe = partial(
+            equipment.node.create_subscription,
             kind,
             f"~/{name}",
-            lambda data, info: self._take_with([(data, info)]),
-            DEPTH,
             raw=True,
             callback_group=group,
+        )
+        self._reliable: Any = subscribe(
+            lambda data, info: self._take_later([(data, info)], []),
+            DEPTH,
             event_callbacks=event_handler.SubscriptionEventCallbacks(
                 incompatible_qos=lambda info: None
             ),
         )
-        equipment.node.create_subscription(
-            kind,
-            f"~/{name}",
-            self._take_unreliable,
+        self._unreliable: Any = subscribe(
+            lambda data, info: self._take_later([], [(data, info)]),
             qos.QoSProfile(depth=DEPTH, reliability=qos.ReliabilityPolicy.BEST_EFFORT),
-            raw=True,
-            callback_group=group,
         )
 
     def take_waiting(self) -> None:
         """Hand over what the middleware still has, at the end of the node."""
-        while self._take_with([]):
+        while self._take_with([], []):
             pass
 
-    def _take_with(self, messages: list[tuple[bytes, Mapping[str, int]]]) -> bool:
+    def _take_later(self, reliable: Taken, unreliable: Taken) -> None:
+        """Hand over messages with those that come in the next moment.
+
+        Each callback makes the executor look at all that it has, which takes the
+        interpreter longer than a message does.
+        """
+        time.sleep(GATHER_SECONDS)
+        self._take_with(reliable, unreliable)
+
+    def _take_with(self, reliable: Taken, unreliable: Taken) -> bool:
         """Hand over messages and those behind them, within a bound; whether any."""
-        size = sum(len(data) for data, _ in messages)
-        handle = self._subscription.handle
         with self._lock:
-            with handle:
-                while size < MOST_AT_ONCE:
-                    message = handle.take_message(self._kind, True)
-                    if message is None:
-                        break
-                    messages.append(message)
-                    size += len(message[0]) + OVERHEAD
+            self._take_behind(self._reliable, reliable)
+            self._take_behind(self._unreliable, unreliable)
             lost = 0
-            for _, info in messages:
+            for _, info in reliable:
                 lost += self._gaps.missing_before(info)
                 self._floods.count(f"{self._noun} on {self._topic}")
             total = self._count_lost(lost)
@@ -120,16 +123,23 @@ class BatchSubscription:
                     f"{self._topic}: {total} counts lost so far: they come faster "
                     "than they can be recorded"
                 )
+            messages = reliable + unreliable
             fresh = [data for data, info in messages if not self._is_copy(data, info)]
             if fresh:
                 self._hand_over(fresh)
         return bool(messages)
 
-    def _take_unreliable(self, data: bytes, info: Mapping[str, int]) -> None:
-        """Hand over what best-effort publishers send."""
-        with self._lock:
-            if not self._is_copy(data, info):
-                self._hand_over([data])
+    def _take_behind(self, subscription: Any, messages: Taken) -> None:
+        """Take what waits behind messages, within a bound."""
+        size = sum(len(data) for data, _ in messages)
+        handle = subscription.handle
+        with handle:
+            while size < MOST_AT_ONCE:
+                message = handle.take_message(self._kind, True)
+                if message is None:
+                    break
+                messages.append(message)
+                size += len(message[0]) + OVERHEAD
 
     def _is_copy(self, data: bytes, info: Mapping[str, int]) -> bool:
         """Whether the other subscription had it: a reliable publisher matches both."""
@@ -226,8 +236,8 @@ class Cameras:
             part = self._parts.current(part_id)
             if part is not None:
                 # Counts keep their order, so they wait for the mesh; at the end of the
-                # node they go without.
-                with suppress(CancelledError):
+                # node, and where too many wait, they go without.
+                with suppress(CancelledError, BusyError):
                     part.once_introduced(part.introduce).result()
             for counts in series:
                 # As it was read, not as it came: ROS reads a text that lacks its
