@@ -164,17 +164,6 @@ class Lanes:
                 self._insert(self._lane_to_wait_in(task), task)
         return task.future
 
-    def record(self, act: Callable[[], T]) -> Future[T]:
-        """Queue what goes on record; where that lane is full or closed it is done here.
-
-        Nobody sends counts again, and who sends too many has to wait.
-        """
-        most, _ = MOST_WAITING[Lane.RECORD]
-        with self._changed:
-            if not self.is_closed and len(self._waiting[Lane.RECORD]) < most:
-                return self.put(act, Rank.WHEN_IDLE, Lane.RECORD)
-        return finished_future(act())
-
     def _tasks(self, *lanes: Lane) -> Iterator[_Task]:
         """All that wait or are in hand, but for those that wait for an idle node."""
         for lane in lanes:
@@ -255,12 +244,9 @@ class Lanes:
             del task  # which holds on to a mesh
 
     def _next(self, lane: Lane) -> _Task | None:
-        """The next task that is to be done in a lane; none once all is closed.
-
-        What is to be recorded is done before.
-        """
+        """The next task that is to be done in a lane; none once all is closed."""
         with self._changed:
-            while not self.is_closed or (lane is Lane.RECORD and self._waiting[lane]):
+            while not self.is_closed:
                 task = self._find_next(lane)
                 if task is None:
                     self._changed.wait()
@@ -294,11 +280,14 @@ class Lanes:
             )
 
     def close(self) -> None:
-        """Drop what waits, but for records, and finish what soon is."""
+        """Drop what waits, and finish what soon is."""
         with self._changed:
             self.is_closed = True
+            dropped = [task for tasks in self._waiting.values() for task in tasks]
+            self._waiting = {lane: [] for lane in Lane}
             self._changed.notify_all()
-        self._drop(set(Lane) - {Lane.RECORD})
+        for task in dropped:
+            task.future.cancel()
         end = time.monotonic() + LAST_SECONDS
         for lane, thread in self._threads.items():
             if thread.is_alive():
@@ -306,12 +295,3 @@ class Lanes:
             in_hand = self._in_hand[lane]
             if thread.is_alive() and in_hand is not None:
                 in_hand.future.cancel()  # nobody waits for it
-        self._drop({Lane.RECORD})
-
-    def _drop(self, lanes: set[Lane]) -> None:
-        """Cancel what waits in some lanes."""
-        with self._changed:
-            dropped = [task for lane in lanes for task in self._waiting[lane]]
-            self._waiting |= {lane: [] for lane in lanes}
-        for task in dropped:
-            task.future.cancel()

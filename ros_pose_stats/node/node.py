@@ -17,7 +17,8 @@ import gc
 import sys
 import threading
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import CancelledError, ThreadPoolExecutor, wait
+from contextlib import suppress
 from typing import Any
 
 import rclpy
@@ -28,7 +29,7 @@ from .answering_node import AnsweringNode
 from .camera_counts import Cameras
 from .equipment import Equipment
 from .jobs import Jobs, job_reports, queue, refinement, run
-from .lanes import Lane, Lanes, Rank, result_or_refusal
+from .lanes import Lane, Lanes, Rank
 from .messages.times import follow_clock, steady_timer, watch_clock
 from .participant import finish, join_ros
 from .parts import intake, part_builder
@@ -169,9 +170,13 @@ class PoseStatsNode(AnsweringNode):
         self.intake.show_all_again()
 
     def _have_written_down(self) -> None:
-        """Wait until a lane has written down what is to be: that may need meshes."""
+        """Wait until a lane has written down what is to be: that may need meshes.
+
+        At the end of the node `close` does it.
+        """
         task = self.lanes.put(self._write_down, Rank.WHEN_IDLE, Lane.RECORD)
-        result_or_refusal(task)
+        with suppress(CancelledError):
+            task.result()
 
     def _write_down(self) -> None:
         """Once a second: show what was counted, and have all on the disk."""

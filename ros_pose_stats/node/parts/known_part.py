@@ -34,7 +34,7 @@ from ...core.records.scene import DEFAULT_SEED, numbering_of
 from ...core.resting.poses import resting_poses
 from ...core.simulation.request import Watch, drop_request
 from ..equipment import Equipment
-from ..lanes import finished_future
+from ..lanes import Lane, Rank, finished_future
 from ..memory import Memory
 from ..messages import part_requests, statistics_messages
 from ..recorder import PART_MESH, POSE_STATISTICS
@@ -429,11 +429,11 @@ class KnownPart:
     def once_introduced(self, act: Callable[[], T]) -> Future[T]:
         """Do what puts something on record, in a lane where the bag lacks the mesh.
 
-        To read that is no work for a callback.
+        To read that is no work for a callback. At the end of the node it is cancelled.
         """
         if self._is_introduced():
             return finished_future(act())
-        return self._equipment.lanes.record(act)
+        return self._equipment.lanes.put(act, Rank.KNOWN_PART, Lane.RECORD)
 
     def _is_introduced(self) -> bool:
         """Whether the bag has the mesh."""

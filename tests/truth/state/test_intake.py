@@ -14,7 +14,6 @@
 
 import os
 import threading
-import time
 import weakref
 from collections import Counter
 from functools import partial
@@ -42,7 +41,7 @@ from ros_pose_stats.core.mesh.bodies.overlap import TakesLongError
 from ros_pose_stats.core.records.scene import DropScene, Numbering
 from ros_pose_stats.node.answering_node import advance, answer_request
 from ros_pose_stats.node.jobs.refinement import Refinement
-from ros_pose_stats.node.lanes import MOST_WAITING, Lane, Lanes, Rank
+from ros_pose_stats.node.lanes import Lane, Lanes, Rank
 from ros_pose_stats.node.messages.codes import refusal_at_end
 from ros_pose_stats.node.messages.part_requests import PartRequest
 from ros_pose_stats.node.parts.intake import LARGE_BYTES, Intake
@@ -136,32 +135,6 @@ def test_checks_wait_for_meshes_that_are_soon_built_and_no_longer(lanes):
     assert not later.done()
     may_end.set()
     assert later.result(60.0) == 0
-
-
-def test_what_is_to_be_recorded_is_recorded_at_the_end(lanes):
-    """Counts go on record in that lane, and nobody sends them again."""
-    may_end = occupied(lanes, Lane.RECORD)
-    order = []
-    futures = [lanes.record(partial(order.append, number)) for number in range(3)]
-    end = threading.Thread(target=lanes.close)
-    end.start()
-    while not lanes.is_closed:
-        time.sleep(0.001)
-    may_end.set()
-    end.join()
-    assert [future.done() for future in futures] == [True] * 3
-    futures.append(lanes.record(partial(order.append, 3)))
-    assert [future.result() for future in futures] == [None] * 4
-    assert order == [0, 1, 2, 3]
-
-
-def test_who_has_more_to_record_than_may_wait_waits_for_it(lanes):
-    may_end = occupied(lanes, Lane.RECORD)
-    most, _ = MOST_WAITING[Lane.RECORD]
-    futures = [lanes.record(lambda: None) for _ in range(most)]
-    assert lanes.record(lambda: "here").result(0.0) == "here"
-    may_end.set()
-    assert futures[-1].result(60.0) is None
 
 
 def test_a_process_that_does_not_start_is_given_up(tmp_path, monkeypatch):

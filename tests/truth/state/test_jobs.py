@@ -29,6 +29,18 @@ from ros_pose_stats.node.parts.known_part import LatchedResult
 from .parts import equipment_of, known_part, source_of
 
 
+def jobs_that_wait():
+    """Jobs that end as soon as an event is set, and that event."""
+    may_end = threading.Event()
+    jobs = Jobs(
+        "run",
+        JobListener(),
+        print,
+        lambda *_: Mock(drops=1, warnings=(), seconds=may_end.wait(60.0)),
+    )
+    return jobs, may_end
+
+
 def test_whoever_hears_that_a_job_has_ended_finds_its_place_free():
     def submit(seed):
         return jobs.submit(
@@ -37,13 +49,7 @@ def test_whoever_hears_that_a_job_has_ended_finds_its_place_free():
             Mock(max_queued_jobs=0),
         )
 
-    may_end = threading.Event()
-    jobs = Jobs(
-        "run",
-        JobListener(),
-        print,
-        lambda *_: Mock(drops=1, warnings=(), seconds=may_end.wait(60.0)),
-    )
+    jobs, may_end = jobs_that_wait()
     first = submit(1)
     heard = []
     first.finished.add_done_callback(lambda _: heard.append(submit(2)))
@@ -83,13 +89,7 @@ def test_a_refinement_that_gave_way_begins_again_though_the_client_cancels():
 
 def test_refinements_that_wait_let_go_of_parts_that_are_gone():
     """Each part may hold on to an open file, and many may be forgotten meanwhile."""
-    may_end = threading.Event()
-    jobs = Jobs(
-        "run",
-        JobListener(),
-        print,
-        lambda *_: Mock(drops=1, warnings=(), seconds=may_end.wait(60.0)),
-    )
+    jobs, may_end = jobs_that_wait()
     parts = [Mock(part_id=f"part {number}", is_current=True) for number in range(4)]
     refinements = [
         jobs.submit(
@@ -128,7 +128,7 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
         return len(had) - 1 != lost
 
     equipment = equipment_of(
-        Mock(record=lambda act: finished_future(act())), state, MagicMock(), plate=""
+        Mock(put=lambda act, *_: finished_future(act())), state, MagicMock(), plate=""
     )._replace(recorder=Mock(record=record, last_problem="no room"))
     result = PoseStatistics(
         cluster_tolerance=0.0025, round_sides=192, poses=[StablePose()]
