@@ -12,6 +12,7 @@
 
 """Modules that a Python may lack, and what brings each: an extra, or the set-up."""
 
+import os
 import sys
 from importlib import import_module
 from typing import NamedTuple
@@ -35,6 +36,16 @@ EXTRAS = {
     "distributed": Extra("cluster", "reaches a cluster"),
     "pyarrow": Extra("parquet", "writes Parquet files"),
 }
+
+
+def keep_algebra_to_one_thread() -> None:
+    """Keep OpenBLAS off the other cores, where numpy is still to be imported.
+
+    Its threads spin while they wait, on cores that simulate, and nothing here is large
+    enough for them. Who sets OPENBLAS_NUM_THREADS has the say.
+    """
+    if "numpy" not in sys.modules:
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def require_modules(*modules: str) -> None:

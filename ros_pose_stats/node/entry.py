@@ -12,7 +12,6 @@
 
 """The executable `pose_stats_node`, and what every program with ROS begins with."""
 
-import os
 import sys
 import traceback
 from importlib.util import find_spec
@@ -20,7 +19,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from ..base.errors import PoseStatsError, RequestError
-from ..base.extras import failed_import
+from ..base.extras import failed_import, keep_algebra_to_one_thread
 from .participant import finish
 
 INTERFACES = "ros_pose_stats_msgs"
@@ -93,6 +92,4 @@ def prepare_ros() -> None:
             "none",
             "build it: `make setup`, or a workspace as docs/workspace.md says",
         )
-    # OpenBLAS reads it once, as numpy is imported.
-    if "numpy" not in sys.modules:
-        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    keep_algebra_to_one_thread()

@@ -112,6 +112,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     prepare_streams()
     if arguments is None:
+        extras.keep_algebra_to_one_thread()
         # The last collection of a process would look through all that numba and scipy
         # have made, which takes as long as to import one of them.
         atexit.register(gc.freeze)
