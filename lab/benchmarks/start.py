@@ -45,6 +45,11 @@ RUNS = 9
 COMMAND = "ros_pose_stats estimate clamp.stl --unit mm"
 DROPPING = "ros_pose_stats simulate clamp.stl --unit mm --drops 1000"
 LIBRARIES = "numpy, scipy.spatial, numba"
+IMPORTS = (
+    "import os; os.environ.setdefault('OPENBLAS_NUM_THREADS', '1'); "
+    f"import {LIBRARIES}"
+)
+"""As commands import them."""
 
 WALL = (
     "Whole processes in turn, from start to exit, files in the page cache and byte "
@@ -80,7 +85,7 @@ def measure(folder: Path) -> tuple[Section, ...]:
     calls = {
         COMMAND: [*command, *estimate],
         DROPPING: [*command, *simulate],
-        f"import {LIBRARIES}": [sys.executable, "-c", f"import {LIBRARIES}"],
+        f"import {LIBRARIES}": [sys.executable, "-c", IMPORTS],
         "python -c pass": [sys.executable, "-c", "pass"],
     }
     processor_times: dict[str, list[float]] = {name: [] for name in calls}
