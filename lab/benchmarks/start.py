@@ -46,8 +46,7 @@ COMMAND = "ros_pose_stats estimate clamp.stl --unit mm"
 DROPPING = "ros_pose_stats simulate clamp.stl --unit mm --drops 1000"
 LIBRARIES = "numpy, scipy.spatial, numba"
 IMPORTS = (
-    "import os; os.environ.setdefault('OPENBLAS_NUM_THREADS', '1'); "
-    f"import {LIBRARIES}"
+    f"import os; os.environ.setdefault('OPENBLAS_NUM_THREADS', '1'); import {LIBRARIES}"
 )
 """As commands import them."""
 

@@ -94,39 +94,43 @@ class BatchSubscription:
 
     def take_waiting(self) -> None:
         """Hand over what the middleware still has, at the end of the node."""
-        while self._take_with([], []):
-            pass
+        with self._lock:
+            while self._take_with([], []):
+                pass
 
     def _take_later(self, reliable: Taken, unreliable: Taken) -> None:
         """Hand over messages with those that come in the next moment.
 
         Each callback makes the executor look at all that it has, which takes the
-        interpreter longer than a message does.
+        interpreter longer than a message does. The end of the node waits for them.
         """
-        time.sleep(GATHER_SECONDS)
-        self._take_with(reliable, unreliable)
+        with self._lock:
+            time.sleep(GATHER_SECONDS)
+            self._take_with(reliable, unreliable)
 
     def _take_with(self, reliable: Taken, unreliable: Taken) -> bool:
-        """Hand over messages and those behind them, within a bound; whether any."""
-        with self._lock:
-            self._take_behind(self._reliable, reliable)
-            self._take_behind(self._unreliable, unreliable)
-            lost = 0
-            for _, info in reliable:
-                lost += self._gaps.missing_before(info)
-                self._floods.count(f"{self._noun} on {self._topic}")
-            total = self._count_lost(lost)
-            now = time.monotonic()
-            if lost and now - self._warned_at > MINUTE:
-                self._warned_at = now
-                self._log.warning(
-                    f"{self._topic}: {total} counts lost so far: they come faster "
-                    "than they can be recorded"
-                )
-            messages = reliable + unreliable
-            fresh = [data for data, info in messages if not self._is_copy(data, info)]
-            if fresh:
-                self._hand_over(fresh)
+        """Hand over messages and those behind them, within a bound; whether any.
+
+        The lock is held.
+        """
+        self._take_behind(self._reliable, reliable)
+        self._take_behind(self._unreliable, unreliable)
+        lost = 0
+        for _, info in reliable:
+            lost += self._gaps.missing_before(info)
+            self._floods.count(f"{self._noun} on {self._topic}")
+        total = self._count_lost(lost)
+        now = time.monotonic()
+        if lost and now - self._warned_at > MINUTE:
+            self._warned_at = now
+            self._log.warning(
+                f"{self._topic}: {total} counts lost so far: they come faster "
+                "than they can be recorded"
+            )
+        messages = reliable + unreliable
+        fresh = [data for data, info in messages if not self._is_copy(data, info)]
+        if fresh:
+            self._hand_over(fresh)
         return bool(messages)
 
     def _take_behind(self, subscription: Any, messages: Taken) -> None:
