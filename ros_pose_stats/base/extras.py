@@ -10,7 +10,7 @@
 # ANY KIND, either express or implied. See the License for the specific language
 # governing permissions and limitations under the License.
 
-"""Modules that a Python may lack, and what brings each: an extra, or the set-up."""
+"""Modules of others: what brings those that a Python may lack, and numpy's threads."""
 
 import os
 import sys
@@ -39,10 +39,11 @@ EXTRAS = {
 
 
 def keep_algebra_to_one_thread() -> None:
-    """Keep OpenBLAS off the other cores, where numpy is still to be imported.
+    """Keep OpenBLAS off the other cores, unless numpy is imported already.
 
-    Its threads spin while they wait, on cores that simulate, and nothing here is large
-    enough for them. Who sets OPENBLAS_NUM_THREADS has the say.
+    OpenBLAS reads the number of its threads once, as numpy is imported. They spin while
+    they wait, on cores that simulate, and nothing here is large enough for them. A
+    number that is already set is kept.
     """
     if "numpy" not in sys.modules:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -17,7 +17,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import CancelledError, Future
-from contextlib import nullcontext, suppress
+from contextlib import nullcontext
 from functools import partial
 from itertools import groupby
 from typing import Any, TypeVar
@@ -40,18 +40,19 @@ from .recorder import POSE_COUNTS
 from .refusals import COUNTS, MINUTE, SequenceGaps
 
 M = TypeVar("M")
-Taken = list[tuple[bytes, Mapping[str, int]]]  # messages, and what is said of them
+Received = list[tuple[bytes, Mapping[str, int]]]  # messages with rclpy's infos
 
 # of a camera's message: counts of some 80 000 poses, or some 16 000 parts
 MOST_BYTES = 2**20
 DEPTH = 1000  # messages that wait in the middleware
-MOST_AT_ONCE = 2**22  # bytes of messages that are taken together
+MOST_AT_ONCE = 2**22  # bytes of messages of a kind that are taken together
 GATHER_SECONDS = 0.02  # in which messages gather that are taken together
+END_SECONDS = 0.001  # between looks whether a callback has ended
 OVERHEAD = 1000  # bytes of a message beside its own, decoded and on its way
 
 
 class BatchSubscription:
-    """Hands over all messages that wait, in their order, by one thread at a time."""
+    """Hands over messages that come together, each publisher's in their order."""
 
     def __init__(
         self,
@@ -70,51 +71,49 @@ class BatchSubscription:
         self._count_lost = partial(equipment.refusals.count_lost, COUNTS)
         self._gaps = SequenceGaps()
         self._warned_at = -math.inf
-        self._lock = threading.Lock()
         self._received: Memory[tuple[int, int, int], bool] = Memory(4 * DEPTH)
-        group = callback_groups.MutuallyExclusiveCallbackGroup()
+        # Who executes in it has all to himself, from before a message is taken.
+        self._group = callback_groups.MutuallyExclusiveCallbackGroup()
         subscribe = partial(
             equipment.node.create_subscription,
             kind,
             f"~/{name}",
             raw=True,
-            callback_group=group,
+            callback_group=self._group,
         )
         self._reliable: Any = subscribe(
-            lambda data, info: self._take_later([(data, info)], []),
+            lambda data, info: self._take_with([(data, info)], []),
             DEPTH,
             event_callbacks=event_handler.SubscriptionEventCallbacks(
                 incompatible_qos=lambda info: None
             ),
         )
         self._unreliable: Any = subscribe(
-            lambda data, info: self._take_later([], [(data, info)]),
+            lambda data, info: self._take_with([], [(data, info)]),
             qos.QoSProfile(depth=DEPTH, reliability=qos.ReliabilityPolicy.BEST_EFFORT),
         )
 
-    def take_waiting(self) -> None:
-        """Hand over what the middleware still has, at the end of the node."""
-        with self._lock:
-            while self._take_with([], []):
-                pass
+    def take_last(self) -> None:
+        """Hand over what the middleware still has, in place of all later callbacks."""
+        while not self._group.beginning_execution(self._reliable):
+            time.sleep(END_SECONDS)
+        taken = 0
+        while taken < 2 * DEPTH and (batch := self._take_all([], [])):
+            taken += batch
 
-    def _take_later(self, reliable: Taken, unreliable: Taken) -> None:
-        """Hand over messages with those that come in the next moment.
+    def _take_with(self, reliable: Received, unreliable: Received) -> None:
+        """Hand over a message with those that come in the next moment.
 
-        Each callback makes the executor look at all that it has, which takes the
-        interpreter longer than a message does. The end of the node waits for them.
+        Each callback makes the executor look at all entities of the node, which takes
+        the interpreter longer than a message does.
         """
-        with self._lock:
-            time.sleep(GATHER_SECONDS)
-            self._take_with(reliable, unreliable)
+        time.sleep(GATHER_SECONDS)
+        self._take_all(reliable, unreliable)
 
-    def _take_with(self, reliable: Taken, unreliable: Taken) -> bool:
-        """Hand over messages and those behind them, within a bound; whether any.
-
-        The lock is held.
-        """
-        self._take_behind(self._reliable, reliable)
-        self._take_behind(self._unreliable, unreliable)
+    def _take_all(self, reliable: Received, unreliable: Received) -> int:
+        """Hand over messages and those behind them, within a bound; how many."""
+        self._append_waiting(reliable, self._reliable)
+        self._append_waiting(unreliable, self._unreliable)
         lost = 0
         for _, info in reliable:
             lost += self._gaps.missing_before(info)
@@ -131,10 +130,10 @@ class BatchSubscription:
         fresh = [data for data, info in messages if not self._is_copy(data, info)]
         if fresh:
             self._hand_over(fresh)
-        return bool(messages)
+        return len(messages)
 
-    def _take_behind(self, subscription: Any, messages: Taken) -> None:
-        """Take what waits behind messages, within a bound."""
+    def _append_waiting(self, messages: Received, subscription: Any) -> None:
+        """Append what waits in the middleware, within a bound."""
         size = sum(len(data) for data, _ in messages)
         handle = subscription.handle
         with handle:
@@ -208,10 +207,10 @@ class Cameras:
             ),
         ]
 
-    def take_waiting(self) -> None:
+    def take_last(self) -> None:
         """Take what the middleware still has, at the end of the node."""
         for subscription in self._subscriptions:
-            subscription.take_waiting()
+            subscription.take_last()
 
     def _take(
         self,
@@ -239,10 +238,12 @@ class Cameras:
         for part_id, series in groupby(sound, lambda counts: counts.part_id):
             part = self._parts.current(part_id)
             if part is not None:
-                # Counts keep their order, so they wait for the mesh; at the end of the
-                # node, and where too many wait, they go without.
-                with suppress(CancelledError, BusyError):
+                # The bag has the mesh before. To read it is no work for a callback, but
+                # where the node ends, or too many wait.
+                try:
                     part.once_introduced(part.introduce).result()
+                except (CancelledError, BusyError):
+                    part.introduce()
             for counts in series:
                 # As it was read, not as it came: ROS reads a text that lacks its
                 # closing zero byte, and other readers of bags do not.

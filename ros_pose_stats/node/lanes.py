@@ -72,7 +72,7 @@ MOST_WAITING = {
     Lane.OUTLINE: (16, "requests for outlines and plans"),
     Lane.FIT: (16, "fits of plates"),
     Lane.FILE: (16, "files of meshes"),
-    Lane.RECORD: (256, "records behind a mesh"),
+    Lane.RECORD: (256, "answers to be recorded"),
 }
 MOST_LARGE_REQUESTED = (8, "large meshes with their requests")
 """Each may take a minute, and somebody waits for it."""

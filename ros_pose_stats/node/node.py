@@ -202,7 +202,7 @@ class PoseStatsNode(AnsweringNode):
             LAST_SECONDS,
             lambda: any(action.goals for action in self.actions),
         )
-        self.cameras.take_waiting()
+        self.cameras.take_last()
         self._write_down()
         self.save()
 

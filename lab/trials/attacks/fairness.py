@@ -334,7 +334,11 @@ ATTACKS = (
         before="99 of 100 within 200 ms, at most 1,317",
     ),
     _beside_neighbour(
-        "a camera", "Seven hundred counts a second of the part", "count", 700
+        "a camera",
+        "Seven hundred counts a second of the part",
+        "count",
+        700,
+        before="99 of 100 within 126 ms",
     ),
     _beside_neighbour(
         "changing parameters",

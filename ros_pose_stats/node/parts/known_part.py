@@ -429,7 +429,8 @@ class KnownPart:
     def once_introduced(self, act: Callable[[], T]) -> Future[T]:
         """Do what puts something on record, in a lane where the bag lacks the mesh.
 
-        To read that is no work for a callback. At the end of the node it is cancelled.
+        To read that is no work for a callback. The future is cancelled at the end of
+        the node, and has a BusyError where too many wait.
         """
         if self._is_introduced():
             return finished_future(act())
