@@ -338,7 +338,7 @@ ATTACKS = (
         "Seven hundred counts a second of the part",
         "count",
         700,
-        before="99 of 100 within 126 ms",
+        before="99 of 100 within 149 ms",
     ),
     _beside_neighbour(
         "changing parameters",
