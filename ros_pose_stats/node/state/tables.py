@@ -246,6 +246,13 @@ def check_sound(link: sqlite3.Connection) -> None:
     (answer,) = link.execute("PRAGMA quick_check(1)").fetchone()
     if answer != "ok":
         raise DamagedError(answer)
+    for table, text in COLUMNS.items():
+        columns = [
+            (name, kind, bool(key))
+            for _, name, kind, _, _, key in link.execute(f"PRAGMA table_info({table})")
+        ]
+        if columns != _columns(text):
+            raise DamagedError(f"columns of {table} are not as they were made")
     for table in COLUMNS.keys() - {"counted"}:  # of which there may be a million
         (answer,) = link.execute(f"PRAGMA integrity_check({table})").fetchone()
         if answer != "ok":  # an index, by which another row would be found, or none
@@ -253,6 +260,15 @@ def check_sound(link: sqlite3.Connection) -> None:
         for row in link.execute(f"SELECT * FROM {table}"):
             if _checksum(row[:-1]) != row[-1]:
                 raise DamagedError(f"a row of {table} is not as it was written")
+
+
+def _columns(text: str) -> list[tuple[str, str, bool]]:
+    """Name, type and whether it is the key of each column of a table."""
+    columns = []
+    for column in (*text.split(", "), "checksum INTEGER"):
+        name, kind, *key = column.split(" ")
+        columns.append((name, kind, bool(key)))
+    return columns
 
 
 def rows_of(link: sqlite3.Connection, table: str) -> list[Row]:
@@ -283,11 +299,13 @@ def _key(table: str) -> str:
 
 
 def look_up(link: sqlite3.Connection, table: str, key: str | bytes) -> Row | None:
-    """A row by its key."""
+    """A row by its key; None where it is not there, or damaged."""
     row = link.execute(
         f"SELECT * FROM {table} WHERE {_key(table)}=?", (key,)
     ).fetchone()
-    return None if row is None else row[:-1]
+    # A damaged index, as of messages that were counted, leads to another row.
+    is_sound = row is not None and row[0] == key and row[-1] == _checksum(row[:-1])
+    return row[:-1] if is_sound else None
 
 
 def files_of_meshes(link: sqlite3.Connection) -> set[str]:

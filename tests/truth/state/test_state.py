@@ -304,6 +304,24 @@ def test_large_meshes_lie_beside_the_file_as_long_as_a_part_has_them(file, opene
     assert state.commit() and list(state.meshes.folder.iterdir()) == []
 
 
+def change_in_index(file, table, found, changed):
+    """Have bytes of an index's first page be others."""
+    link = sqlite3.connect(file)
+    (page,), (size,) = (
+        link.execute(text).fetchone()
+        for text in (
+            "SELECT rootpage FROM sqlite_master "
+            f"WHERE name='sqlite_autoindex_{table}_1'",
+            "PRAGMA page_size",
+        )
+    )
+    link.close()
+    data = bytearray(file.read_bytes())
+    offset = data.index(found, (page - 1) * size, page * size)
+    data[offset : offset + len(found)] = changed
+    file.write_bytes(data)
+
+
 def test_an_index_that_leads_nowhere_is_damage(file, opened):
     """By it a row that is there would not be found, and another one put beside it."""
     state = opened()
@@ -311,19 +329,33 @@ def test_an_index_that_leads_nowhere_is_damage(file, opened):
         state.put(*(fact(f"name {number:02d}", "") for number in range(20)))
     )
     state.close()
-    link = sqlite3.connect(file)
-    (page,), (size,) = (
-        link.execute(text).fetchone()
-        for text in (
-            "SELECT rootpage FROM sqlite_master WHERE name='sqlite_autoindex_facts_1'",
-            "PRAGMA page_size",
-        )
-    )
-    link.close()
-    data = bytearray(file.read_bytes())
-    offset = data.index(b"name 07", (page - 1) * size, page * size)
-    data[offset + 5] ^= 1
-    file.write_bytes(data)
+    change_in_index(file, "facts", b"name 07", b"name 17")
+    assert opened().set_aside
+
+
+def test_an_index_that_leads_elsewhere_gives_no_other_row(file, opened):
+    """That of counted messages is too large to be looked through in a start."""
+    state = opened()
+    keys = [b"%024d" % number for number in range(0, 40, 2)]
+    assert state.commit(state.put(*(Change("counted", key, (key,)) for key in keys)))
+    state.close()
+    other_key = b"%024d" % 15
+    change_in_index(file, "counted", keys[7], other_key)
+    state = opened()
+    assert not state.set_aside
+    assert state.get("counted", other_key) is None
+    assert state.get("counted", keys[8]) == (keys[8],)
+
+
+@pytest.mark.parametrize(
+    ("part", "damage"), [("part_id", "part_ie"), ("series INTEGER", "series INTEGES")]
+)
+def test_columns_that_are_others_are_damage(file, opened, part, damage):
+    """No row would be found by a column that has another name."""
+    state = opened()
+    assert state.commit(state.put(Change("flips", "clamp", ("clamp", 7, "{}"))))
+    state.close()
+    file.write_bytes(file.read_bytes().replace(part.encode(), damage.encode()))
     assert opened().set_aside
 
 
