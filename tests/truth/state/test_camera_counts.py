@@ -62,12 +62,6 @@ class Camera:
         return subscription
 
 
-@pytest.fixture(autouse=True)
-def without_pause(monkeypatch):
-    """Nothing gathers in a test."""
-    monkeypatch.setattr(camera_counts, "GATHER_SECONDS", 0.0)
-
-
 def test_what_waits_for_both_subscriptions_is_taken_together_and_once():
     """A reliable camera's messages come by both, a best-effort camera's by one."""
     batches = []
