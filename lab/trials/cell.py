@@ -48,7 +48,10 @@ LONGEST_LINE = 2500
 
 @lru_cache(maxsize=1)
 def domain():
-    """A domain of this program alone until its end, its logs in a folder that goes."""
+    """A domain for nodes of this program alone, their logs in a folder that goes.
+
+    The program has it until its end, also where `tried_node` takes another one.
+    """
     stack = ExitStack()
     atexit.register(stack.close)
     os.environ["ROS_LOG_DIR"] = stack.enter_context(tempfile.TemporaryDirectory())
@@ -66,7 +69,12 @@ def domain():
 def tried_node(bags, **values):
     """A ready node in a namespace of its own, and a client of it; its log must be
     sound.
+
+    Each has a domain of its own: a publisher would be matched with subscriptions of a
+    node that has ended, and what killed neighbours had of the memory that Fast DDS
+    shares stays taken.
     """
+    domain.cache_clear()
     with cell_of(domain(), bags, "tried", **values) as (node, client):
         yield node, client
         if node.process.poll() is None:
