@@ -47,7 +47,7 @@ MOST_BYTES = 2**20
 DEPTH = 1000  # messages that wait in the middleware
 MOST_AT_ONCE = 2**22  # bytes of messages of a kind that are taken together
 GATHER_SECONDS = 0.02  # in which messages gather that are taken together
-END_SECONDS = 0.001  # between looks whether a callback has ended
+POLL_SECONDS = 0.001  # between looks whether a callback has ended
 OVERHEAD = 1000  # bytes of a message beside its own, decoded and on its way
 
 
@@ -96,7 +96,7 @@ class BatchSubscription:
     def take_last(self) -> None:
         """Hand over what the middleware still has, in place of all later callbacks."""
         while not self._group.beginning_execution(self._reliable):
-            time.sleep(END_SECONDS)
+            time.sleep(POLL_SECONDS)
         taken = 0
         while taken < 2 * DEPTH and (batch := self._take_all([], [])):
             taken += batch
